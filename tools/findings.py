@@ -53,19 +53,17 @@ def percent(value):
 
 
 def triangles(sweep):
-    rows = [["range, slope", "without (mN)", "paper (mN)", "ratio", "chatter, % of ticks", "LuGre (mN)", "ratio",
-             "feed-forward (mN)", "ratio"]]
+    rows = [["range, slope", "without (mN)", "paper (mN)", "ratio", "chatter, % of ticks", "feed-forward (mN)", "ratio"]]
     for wave in listed(sweep, "waveform"):
-        paper, lugre, forward = ({"compensation": kind, "waveform": wave} for kind in ("paper", "lugre", "feedforward"))
+        paper, forward = ({"compensation": kind, "waveform": wave} for kind in ("paper", "feedforward"))
         rows.append([wave, mn(one(sweep, "without_rms_error_N", **paper)), mn(one(sweep, "rms_error_N", **paper)),
                      ratio(one(sweep, "ratio", **paper)), percent(one(sweep, "chatter", **paper)),
-                     mn(one(sweep, "rms_error_N", **lugre)), ratio(one(sweep, "ratio", **lugre)),
                      mn(one(sweep, "rms_error_N", **forward)), ratio(one(sweep, "ratio", **forward))])
     return markdown(rows)
 
 
 def truths(sweep):
-    gains = ["paper, 0.5", "paper, 0.7", "paper, 0.85", "paper, 1", "lugre, 0.85", "feedforward"]
+    gains = ["paper, 0.5", "paper, 0.7", "paper, 0.85", "paper, 1", "feedforward"]
     rows = [["truth", "without, 20 mN/s (mN)", *(f"ratio: {gain}" for gain in gains), "chatter at 10 mN/s: paper, 0.85 (% of ticks)",
              "u varies, times r"]]
     for model in listed(sweep, "plant.model"):

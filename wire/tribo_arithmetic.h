@@ -179,22 +179,6 @@ static inline tribo_refusal_t tribo_loop_refusal(tribo_status_t                 
 #endif
 }
 
-static inline tribo_status_t tribo_init_lugre(TRIBO(force_loop, params_t) * params,
-                                              tribo_point_t *table,
-                                              TRIBO(lugre, params_t) * lugre,
-                                              const tribo_force_loop_f32_config_t *config,
-                                              const tribo_lugre_f32_config_t      *lugre_config,
-                                              float                                full_scale_n)
-{
-#ifdef TRIBO_ARITHMETIC_Q31
-    return tribo_force_loop_lugre_q31_init(params, table, lugre, config, lugre_config, full_scale_n, NULL);
-#else
-    (void)table;
-    (void)full_scale_n;
-    return tribo_force_loop_lugre_f32_init(params, lugre, config, lugre_config);
-#endif
-}
-
 static inline tribo_status_t tribo_init_feedforward(TRIBO(force_loop, params_t) * params,
                                                     tribo_point_t *table,
                                                     TRIBO(feedforward, params_t) * feedforward,

@@ -126,13 +126,6 @@ bool common_check_compensator(const common_scenario_t *scenario, common_error_t 
                                      "none goes with compensator.method feedforward alone",
                                      error);
     }
-    if (compensator->model == COMMON_MODEL_LUGRE && compensator->method == COMMON_METHOD_FEEDFORWARD)
-    {
-        return common_check_complain(scenario,
-                                     "compensator.model",
-                                     "lugre goes with compensator.method paper or off alone",
-                                     error);
-    }
     return common_check_friction(scenario, &common_scenario_loop(scenario)->compensator.friction, "compensator", error);
 }
 

@@ -85,11 +85,6 @@ static void fill_arm(tribo_arm_f32_config_t *to, const common_arm_config_t *from
     TRIBO_ARM_PARAMETERS(FILL)
 }
 
-static void fill_lugre(tribo_lugre_f32_config_t *to, const common_bristles_config_t *from)
-{
-    TRIBO_LUGRE_PARAMETERS(FILL)
-}
-
 static void fill_guard(tribo_guard_f32_config_t *to, const common_guard_config_t *from)
 {
     TRIBO_GUARD_PARAMETERS(FILL)
@@ -104,13 +99,11 @@ void common_loop_config_fill(common_loop_config_t *loop, const common_loop_keys_
     loop->config.input_max_n   = (float)keys->limits.input_max_n;
     loop->config.gain          = compensator->method == COMMON_METHOD_OFF ? 0.0f : (float)compensator->gain;
     loop->feeds_forward        = compensator->method == COMMON_METHOD_FEEDFORWARD;
-    loop->has_lugre            = compensator->model == COMMON_MODEL_LUGRE && !loop->feeds_forward;
     loop->is_sensorless        = loop->feeds_forward && compensator->sensor == COMMON_SENSOR_NONE;
     loop->guarded              = compensator->guard.on != 0 && !loop->is_sensorless; // it judges y
     fill_controller(loop, keys);
     fill_friction(loop, &compensator->friction);
     fill_arm(&loop->config.compensator.arm, &compensator->arm);
-    fill_lugre(&loop->lugre, &compensator->lugre);
     fill_feedforward(&loop->feedforward, &compensator->feedforward);
     fill_sensorless(&loop->sensorless, &compensator->sensorless);
     fill_guard(&loop->guard, &compensator->guard);
@@ -120,14 +113,9 @@ tribo_status_t common_loop_config_status(const common_loop_config_t *loop)
 {
     tribo_force_loop_f32_params_t  params;
     tribo_feedforward_f32_params_t feedforward;
-    tribo_lugre_f32_params_t       lugre;
     tribo_guard_f32_params_t       guard;
     tribo_status_t                 status;
-    if (loop->has_lugre)
-    {
-        status = tribo_force_loop_lugre_f32_init(&params, &lugre, &loop->config, &loop->lugre);
-    }
-    else if (loop->is_sensorless)
+    if (loop->is_sensorless)
     {
         status = tribo_force_loop_sensorless_f32_init(&params,
                                                       &feedforward,

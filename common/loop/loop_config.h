@@ -17,8 +17,6 @@ typedef struct
     tribo_feedforward_f32_config_t feedforward;
     bool                           is_sensorless; ///< and does so without y
     tribo_sensorless_f32_config_t  sensorless;
-    bool                           has_lugre; ///< in the paper's method
-    tribo_lugre_f32_config_t       lugre;
     bool                           guarded;
     tribo_guard_f32_config_t       guard;
     tribo_biquad_f32_section_t     sections[TRIBO_BIQUAD_SECTIONS_MAX];

@@ -83,19 +83,11 @@ static const common_key_t feedforward_keys[] = {
 #define METHOD_WORD(symbol, word) word,
 static const char *const methods[] = {COMMON_METHODS(METHOD_WORD) NULL};
 
-static const char *const friction_models[] = {[COMMON_MODEL_PAPER] = "paper", [COMMON_MODEL_LUGRE] = "lugre", NULL};
-
 static const char *const sensors[] = {[COMMON_SENSOR_FORCE] = "force", [COMMON_SENSOR_NONE] = "none", NULL};
 
 static const common_key_t sensorless_keys[] = {
 #define T common_sensorless_config_t
     TRIBO_SENSORLESS_PARAMETERS(PARAMETER)
-#undef T
-    END};
-
-static const common_key_t lugre_keys[] = {
-#define T common_bristles_config_t
-    TRIBO_LUGRE_PARAMETERS(PARAMETER)
 #undef T
     END};
 
@@ -110,14 +102,12 @@ static const common_key_t guard_keys[] = {
 
 const common_key_t common_compensator_keys[] = {
     CHOICE("method",  AT(common_compensator_config_t, method),   methods, (double)COMMON_METHOD_FEEDFORWARD, "how friction is compensated: `feedforward`, fed forward from r and learned; `paper`, fed back from an estimate that follows u; `off`"),
-    CHOICE("model",   AT(common_compensator_config_t, model),    friction_models, 0.0, "the friction that `paper` believes in: `paper`, Eq. (3); `lugre`, Eq. (12) with breakaway and gravity of `friction`, whose other keys it does not read"),
     CHOICE("sensor",  AT(common_compensator_config_t, sensor),   sensors, 0.0, "what `feedforward` has of F: `force`, a sensor; `none`: no feedback and nothing learned, u from r and the believed breakaway alone"),
 #define T common_compensator_config_t
     TRIBO_GAIN_PARAMETERS(PARAMETER)
 #undef T
     GROUP("friction", AT(common_compensator_config_t, friction), common_friction_keys, ""),
     GROUP("arm",      AT(common_compensator_config_t, arm),      common_arm_keys, ""),
-    GROUP("lugre",    AT(common_compensator_config_t, lugre),    lugre_keys, ""),
     GROUP("feedforward", AT(common_compensator_config_t, feedforward), feedforward_keys, ""),
     GROUP("sensorless", AT(common_compensator_config_t, sensorless), sensorless_keys, ""),
     GROUP("guard",    AT(common_compensator_config_t, guard),    guard_keys, ""),

@@ -99,24 +99,12 @@ typedef enum
 #undef COMMON_METHOD_SYMBOL
 } common_method_t;
 
-/// The friction model of the method `paper`.
-typedef enum
-{
-    COMMON_MODEL_PAPER,
-    COMMON_MODEL_LUGRE
-} common_friction_model_t;
-
 /// What the method `feedforward` has of the end-point force.
 typedef enum
 {
     COMMON_SENSOR_FORCE,
     COMMON_SENSOR_NONE
 } common_loop_sensor_t;
-
-typedef struct
-{
-    TRIBO_LUGRE_PARAMETERS(COMMON_MEMBER)
-} common_bristles_config_t;
 
 typedef struct
 {
@@ -137,12 +125,10 @@ typedef struct
 typedef struct
 {
     common_method_t             method;
-    common_friction_model_t     model;
     common_loop_sensor_t        sensor;
     double                      gain;
     common_friction_config_t    friction;
     common_arm_config_t         arm;
-    common_bristles_config_t    lugre;
     common_feedforward_config_t feedforward;
     common_sensorless_config_t  sensorless;
     common_guard_config_t       guard;

@@ -66,7 +66,7 @@ static const tribo_guard_f32_params_t rig_guard = {
     .on = 1u,
     .half_n = 2.50000004e-02f,
     .stray_n = 9.99999978e-03f,
-    .work_n2 = 5.00000024e-04f,
+    .work = 5.00000024e-04f,
     .fade_step = 2.00000009e-03f,
     .quick_ticks = 201u,
 };
@@ -123,7 +123,6 @@ static const tribo_force_loop_f32_params_t rig_params = {
             .gamma_d = 2.82982737e-02f,
             .gamma_g = 7.73008466e-01f,
         },
-        .model = NULL,
     },
     .method = &rig_feedforward.method,
     .guard = &rig_guard,

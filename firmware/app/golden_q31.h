@@ -92,7 +92,6 @@ static const tribo_force_loop_q31_params_t golden_params = {
             .gamma_g = 207502880,
             .shift = 2u,
         },
-        .model = NULL,
     },
     .method = NULL,
     .guard = NULL,

@@ -77,7 +77,6 @@ static const tribo_force_loop_f32_params_t golden_steep_params = {
             .gamma_d = 2.82982737e-02f,
             .gamma_g = 7.73008466e-01f,
         },
-        .model = NULL,
     },
     .method = NULL,
     .guard = NULL,

@@ -42,10 +42,7 @@ typedef struct
 {
     const options_t               *options;
     double                         sample_time_s;
-    common_loop_config_t           loop;      ///< holds the breakaway table that the params point to
-    bool                           has_lugre; ///< in place of the paper's friction
-    tribo_lugre_f32_params_t       lugre_f32;
-    tribo_lugre_q31_params_t       lugre_q31;
+    common_loop_config_t           loop; ///< holds the breakaway table that the params point to
     tribo_compensator_f32_params_t f32;
     tribo_compensator_f32_state_t  state_f32;
     tribo_compensator_q31_params_t q31;
@@ -99,7 +96,7 @@ enum
 // clang-format off: one row an option
 static const struct argp_option known[] = {
     {.name = "params", .key = OPTION_PARAMS, .arg = "FILE.yaml", .doc = "keys of a scenario's `compensator`; the paper's values if left out"},
-    {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "sets one of these keys, e.g. compensator.model=lugre; may be repeated"},
+    {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "sets one of these keys, e.g. compensator.friction.k_min=8; may be repeated"},
     {.name = "force", .key = OPTION_FORCE, .arg = "own|measured", .doc = "F is the compensator's own arm model's (if left out), or the log's F_N"},
     {.name = "out", .key = OPTION_OUT, .arg = "OUT.csv", .doc = "where the result goes; standard output if left out"},
     {.name = "plot", .key = OPTION_PLOT, .arg = "FILE.png|svg|html", .doc = "draws the result (`plot` says what; needs Python and matplotlib)"},
@@ -176,21 +173,11 @@ static int take(void *context, int key, const char *value)
 static tribo_compensator_f32_signals_t step_f32(replay_t *replay, double u_n, double measured_n)
 {
     tribo_compensator_f32_signals_t signals;
-    if (replay->options->measured && replay->has_lugre)
-    {
-        signals.force_n = (float)measured_n;
-        (void)tribo_lugre_f32_step(&replay->lugre_f32,
-                                   &replay->f32.friction,
-                                   &replay->state_f32.friction.lugre,
-                                   (float)u_n,
-                                   signals.force_n,
-                                   &signals.friction);
-    }
-    else if (replay->options->measured)
+    if (replay->options->measured)
     {
         signals.force_n = (float)measured_n;
         (void)tribo_friction_f32_step(&replay->f32.friction,
-                                      &replay->state_f32.friction.paper,
+                                      &replay->state_f32.friction,
                                       (float)u_n,
                                       signals.force_n,
                                       &signals.friction);
@@ -223,21 +210,11 @@ static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, do
     const int32_t                   u            = tribo_q31_of_n(u_n, full_scale_n);
     tribo_compensator_q31_signals_t signals;
     replay->beyond_full_scale += fabs(u_n) > full_scale_n || fabs(measured_n) > full_scale_n;
-    if (replay->options->measured && replay->has_lugre)
-    {
-        signals.force = tribo_q31_of_n(measured_n, full_scale_n);
-        (void)tribo_lugre_q31_step(&replay->lugre_q31,
-                                   &replay->q31.friction,
-                                   &replay->state_q31.friction.lugre,
-                                   u,
-                                   signals.force,
-                                   &signals.friction);
-    }
-    else if (replay->options->measured)
+    if (replay->options->measured)
     {
         signals.force = tribo_q31_of_n(measured_n, full_scale_n);
         (void)tribo_friction_q31_step(&replay->q31.friction,
-                                      &replay->state_q31.friction.paper,
+                                      &replay->state_q31.friction,
                                       u,
                                       signals.force,
                                       &signals.friction);
@@ -310,11 +287,6 @@ static void reset(replay_t *replay)
 {
     tribo_compensator_f32_reset(&replay->state_f32);
     tribo_compensator_q31_reset(&replay->state_q31);
-    if (replay->has_lugre)
-    {
-        tribo_lugre_f32_reset(&replay->state_f32.friction.lugre);
-        tribo_lugre_q31_reset(&replay->state_q31.friction.lugre);
-    }
 }
 
 static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
@@ -341,8 +313,7 @@ static void step_through(replay_t *replay, const sim_log_t *log, FILE *file)
             replay_row(replay, log, s, i, file);
             sim_progress_update(&progress, (double)i / (double)log->rows);
         }
-        bad_inputs += replay->has_lugre ? replay->state_f32.friction.lugre.bad_inputs
-                                        : replay->state_f32.friction.paper.bad_inputs;
+        bad_inputs += replay->state_f32.friction.bad_inputs;
     }
     replay->bad_inputs = bad_inputs;
     sim_progress_end(&progress);
@@ -382,10 +353,6 @@ static void play(void *context, const sim_log_t *log, size_t rows, const sim_pat
     for (size_t s = 0, k = 0; s < log->segments && k < rows; s++)
     {
         tribo_compensator_f32_reset(&state);
-        if (replay->has_lugre)
-        {
-            tribo_lugre_f32_reset(&state.friction.lugre);
-        }
         state.arm.force_n = (float)log->values[SIM_LOG_F][k];
         for (; k < log->starts[s + 1] && k < rows; k++)
         {
@@ -520,18 +487,6 @@ static bool make_params(replay_t *replay, common_scenario_t *scenario, common_er
                                             &loop->config.compensator,
                                             h,
                                             (float)options->full_scale_n);
-    }
-    replay->has_lugre = loop->has_lugre;
-    if (status == TRIBO_OK && loop->has_lugre)
-    {
-        const tribo_arm_f32_config_t *arm = &loop->config.compensator.arm;
-        status                            = tribo_lugre_f32_init(&replay->lugre_f32, &loop->lugre, arm, h);
-        if (status == TRIBO_OK && options->q31)
-        {
-            status = tribo_lugre_q31_init(&replay->lugre_q31, &loop->lugre, arm, h);
-        }
-        tribo_lugre_f32_attach(&replay->f32, &replay->lugre_f32);
-        tribo_lugre_q31_attach(&replay->q31, &replay->lugre_q31);
     }
     if (status == TRIBO_ERR_SAMPLE_TIME)
     {

@@ -19,9 +19,8 @@ typedef enum
     BOOL,
     TABLE,      ///< pointer to breakaway points, defined before the params
     METHOD,     ///< pointer to a method, the first member of params defined before these
-    MODEL,      ///< pointer to a friction model, likewise
     GUARD,      ///< pointer to params of a guard, likewise
-    FUNCTIONS,  ///< of a method or of a friction model: the library has an initialiser
+    FUNCTIONS,  ///< of a method, written by one function of the library
     GUARD_STEP, ///< of a guard
     STRUCT,     ///< with rows of its own, a line each
     SMALL       ///< the same on one line
@@ -42,10 +41,8 @@ typedef struct field
 // NOLINTBEGIN(bugprone-macro-parentheses,bugprone-sizeof-expression): the arguments are names, one of them of a pointer
 #define KIND(x) _Generic((x), float: FLOAT, uint8_t: UINT8, uint16_t: UINT16, uint32_t: UINT32, int32_t: INT32, int64_t: INT64, bool: BOOL, \
     const tribo_force_loop_f32_method_t *: METHOD, const tribo_force_loop_q31_method_t *: METHOD, \
-    const tribo_friction_model_f32_t *: MODEL, const tribo_friction_model_q31_t *: MODEL, \
     const tribo_guard_f32_params_t *: GUARD, const tribo_guard_q31_params_t *: GUARD, \
     tribo_force_loop_f32_method_t: FUNCTIONS, tribo_force_loop_q31_method_t: FUNCTIONS, \
-    tribo_friction_model_f32_t: FUNCTIONS, tribo_friction_model_q31_t: FUNCTIONS, \
     const tribo_breakaway_point_f32_t *: TABLE, const tribo_breakaway_point_q31_t *: TABLE, default: GUARD_STEP)
 #define AT(member) (((T *)0)->member)
 #define F(member) {.name = #member, .kind = KIND(AT(member)), .offset = offsetof(T, member), .size = sizeof AT(member)}
@@ -84,13 +81,10 @@ static const field_t friction_f32[] = {F(rate_hz), F(exponent_per_rise), F(expon
 static const field_t arm_f32[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), END};
 #undef T
 #define T tribo_compensator_f32_params_t
-static const field_t compensator_f32[] = {S(friction, friction_f32), S(arm, arm_f32), F(model), END};
+static const field_t compensator_f32[] = {S(friction, friction_f32), S(arm, arm_f32), END};
 #undef T
 #define T tribo_force_loop_f32_params_t
 static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, controller_f32), S(compensator, compensator_f32), F(method), F(guard), END};
-#undef T
-#define T tribo_lugre_f32_params_t
-static const field_t lugre_f32[] = {F(model), F(a), F(b_and_1), F(beta), F(c), F(stuck), F(gamma_g), END};
 #undef T
 #define T tribo_feedforward_f32_params_t
 static const field_t feedforward_f32[] = {
@@ -124,13 +118,10 @@ static const field_t friction_q31[] = {F(rise_max), F(exponent_rate), F(exponent
 static const field_t arm_q31[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), F(shift), END};
 #undef T
 #define T tribo_compensator_q31_params_t
-static const field_t compensator_q31[] = {S(friction, friction_q31), S(arm, arm_q31), F(model), END};
+static const field_t compensator_q31[] = {S(friction, friction_q31), S(arm, arm_q31), END};
 #undef T
 #define T tribo_force_loop_q31_params_t
 static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controller_q31), S(compensator, compensator_q31), F(method), F(guard), END};
-#undef T
-#define T tribo_lugre_q31_params_t
-static const field_t lugre_q31[] = {F(model), F(a), F(b_and_1), F(one), F(beta), F(c), F(stuck), F(gamma_g), F(c_shift), END};
 #undef T
 #define T tribo_feedforward_q31_params_t
 static const field_t feedforward_q31[] = {
@@ -141,7 +132,7 @@ static const field_t feedforward_q31[] = {
     F(still_ticks), F(quick_ticks), F(deadband_part), F(effort_part), F(effort_half), END};
 #undef T
 #define T tribo_guard_f32_params_t
-static const field_t guard_f32[] = {F(step), F(on), F(half_n), F(stray_n), F(work_n2), F(fade_step), F(quick_ticks), END};
+static const field_t guard_f32[] = {F(step), F(on), F(half_n), F(stray_n), F(work), F(fade_step), F(quick_ticks), END};
 #undef T
 #define T tribo_guard_q31_params_t
 static const field_t guard_q31[] = {F(step), F(on), F(half), F(stray), F(work), F(fade_step), F(quick_ticks), END};
@@ -180,9 +171,6 @@ static void put_address(const sheet_t *sheet, kind_t kind, bool is_there)
     case METHOD:
         (void)fprintf(sheet->stream, "&%s_feedforward.method", sheet->name);
         break;
-    case MODEL:
-        (void)fprintf(sheet->stream, "&%s_lugre.model", sheet->name);
-        break;
     case GUARD:
         (void)fprintf(sheet->stream, "&%s_guard", sheet->name);
         break;
@@ -217,18 +205,12 @@ static void put_scalar(const sheet_t *sheet, const field_t *field, const char *a
         break;
     case TABLE:
     case METHOD:
-    case MODEL:
     case GUARD:
         memcpy((void *)&pointer, at, sizeof pointer);
         put_address(sheet, field->kind, pointer != NULL);
         break;
     case FUNCTIONS: // params begin with them
-        if (strcmp(field->name, "method") == 0)
-        {
-            (void)fprintf(sheet->stream, "{tribo_%s_%s_method}", sheet->method, sheet->suffix);
-            break;
-        }
-        (void)fprintf(sheet->stream, "TRIBO_LUGRE_%s_MODEL", sheet->upper);
+        (void)fprintf(sheet->stream, "{tribo_%s_%s_method}", sheet->method, sheet->suffix);
         break;
     case GUARD_STEP:
         (void)fprintf(sheet->stream, "tribo_guard_%s_step", sheet->suffix);
@@ -314,12 +296,6 @@ static const void *feedforward_of(const sim_loop_t *loop)
     return loop->q31 ? (const void *)loop->in_q31.params.method : (const void *)loop->in_f32.params.method;
 }
 
-static const void *lugre_of(const sim_loop_t *loop)
-{
-    return loop->q31 ? (const void *)loop->in_q31.params.compensator.model
-                     : (const void *)loop->in_f32.params.compensator.model;
-}
-
 static const void *guard_of(const sim_loop_t *loop)
 {
     return loop->q31 ? (const void *)loop->in_q31.params.guard : (const void *)loop->in_f32.params.guard;
@@ -364,7 +340,6 @@ static void put_loop(const sheet_t *sheet, const sim_loop_t *loop)
         (void)fputs(";\n", sheet->stream);
     }
     put_own(sheet, "feedforward", q31 ? feedforward_q31 : feedforward_f32, feedforward_of(loop));
-    put_own(sheet, "lugre", q31 ? lugre_q31 : lugre_f32, lugre_of(loop));
     put_own(sheet, "guard", q31 ? guard_q31 : guard_f32, guard_of(loop));
     (void)
         fprintf(sheet->stream, "static const tribo_force_loop_%s_params_t %s_params = {\n", sheet->suffix, sheet->name);

@@ -40,13 +40,7 @@ static bool check_times(const common_scenario_t *scenario, common_error_t *error
 
 bool sim_check_has_firmware(const common_scenario_t *scenario, common_error_t *error)
 {
-    return common_check_has_loop(scenario, error) &&
-           (common_scenario_loop(scenario)->compensator.model != COMMON_MODEL_LUGRE ||
-            common_check_complain(
-                scenario,
-                "compensator.model",
-                "lugre is not in the drive's firmware, which has no registers for it; it runs here and in params",
-                error));
+    return common_check_has_loop(scenario, error);
 }
 
 bool sim_scenario_check(const common_scenario_t *scenario, common_error_t *error)

@@ -8,10 +8,6 @@ static tribo_status_t init_params(sim_loop_t *loop, const common_loop_config_t *
 {
     TRIBO_PART(sim_loop, t) *in = IN(loop);
     const float full_scale_n    = (float)loop->full_scale_n;
-    if (config->has_lugre)
-    {
-        return tribo_init_lugre(&in->params, in->table, &in->lugre, &config->config, &config->lugre, full_scale_n);
-    }
     if (config->is_sensorless)
     {
         return tribo_init_sensorless(&in->params,

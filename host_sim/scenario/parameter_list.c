@@ -46,7 +46,6 @@ static void print_row(const char *field,
 #define AT_TABLE(member)       FIELD(tribo_force_loop_f32_config_t, compensator.friction.member)
 #define AT_FRICTION(member)    FIELD(tribo_force_loop_f32_config_t, compensator.friction.member)
 #define AT_ARM(member)         FIELD(tribo_force_loop_f32_config_t, compensator.arm.member)
-#define AT_LUGRE(member)       FIELD(tribo_lugre_f32_config_t, member)
 #define AT_SENSORLESS(member)  FIELD(tribo_sensorless_f32_config_t, member)
 #define AT_FEEDFORWARD(member) FIELD(tribo_feedforward_f32_config_t, member)
 #define AT_GUARD(member)       FIELD(tribo_guard_f32_config_t, member)
@@ -84,8 +83,6 @@ void sim_parameter_list_print(void)
     TRIBO_SAMPLE_PARAMETERS(ROW)
     print_heading("Argument of a set-up in Q31");
     TRIBO_SCALE_PARAMETERS(ROW)
-    print_heading("LuGre: `tribo_lugre_f32_config_t`");
-    TRIBO_LUGRE_PARAMETERS(ROW)
     print_heading("Feed-forward: `tribo_feedforward_f32_config_t`");
     TRIBO_FEEDFORWARD_PARAMETERS(ROW)
     print_heading("Without a sensor: `tribo_sensorless_f32_config_t`");

@@ -61,7 +61,7 @@ void  native_free(char *text);
 
 typedef struct native_part native_part_t;
 
-/// `kind` by its name: loop, friction, lugre, compensator, guard, feedforward. Null if it is refused.
+/// `kind` by its name: loop, friction, compensator, guard, feedforward. Null if it is refused.
 native_part_t *native_part_new(const char *kind, const native_scenario_t *scenario, bool q31, native_error_t *error);
 void           native_part_delete(native_part_t *part);
 void           native_part_reset(native_part_t *part);

@@ -18,7 +18,6 @@ static const native_shape_t shapes[NATIVE_KINDS] = {
          .outputs =
              {"u_N", "e_N", "controller_N", "friction_term_N", "limited", "F_hat_N", FRICTION_SIGNALS, "f_hat_N"}},
     [NATIVE_FRICTION]    = {.name = "friction", .inputs = {"u_N", "F_N"}, .outputs = {"f_N", FRICTION_SIGNALS}},
-    [NATIVE_LUGRE]       = {.name = "lugre", .inputs = {"u_N", "F_N"}, .outputs = {"f_N", "n_N", "L_N"}},
     [NATIVE_COMPENSATOR] = {.name    = "compensator",
                             .inputs  = {"u_N"},
                             .outputs = {"f_hat_N", FRICTION_SIGNALS, "F_hat_N"}},
@@ -38,11 +37,6 @@ static tribo_status_t start(native_part_t *part)
     const native_scope_t scope  = native_enter();
     const tribo_status_t status = sim_loop_init(&part->loop, part->q31, &part->config, part->loop.full_scale_n);
     native_leave(&scope);
-    if (part->kind == NATIVE_LUGRE)
-    {
-        tribo_lugre_f32_reset(&part->loop.in_f32.state.compensator.friction.lugre);
-        tribo_lugre_q31_reset(&part->loop.in_q31.state.compensator.friction.lugre);
-    }
     return status;
 }
 
@@ -76,9 +70,7 @@ native_part_t *native_part_new(const char *kind, const native_scenario_t *scenar
     if (part->kind != NATIVE_LOOP)
     {
         part->config.feeds_forward = part->kind == NATIVE_FEEDFORWARD;
-        part->config.has_lugre =
-            part->kind == NATIVE_LUGRE || (part->kind == NATIVE_COMPENSATOR && part->config.has_lugre);
-        part->config.guarded = part->kind == NATIVE_GUARD;
+        part->config.guarded       = part->kind == NATIVE_GUARD;
     }
     part->loop.full_scale_n     = keys->limits.full_scale_n;
     const tribo_status_t status = start(part);

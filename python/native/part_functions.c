@@ -68,31 +68,13 @@ static void tick_friction(native_part_t *part, const double *in, double *out, bo
     TRIBO(friction, signals_t) seen;
     *out++ = n_of(part,
                   TRIBO(friction, step)(&loop->params.compensator.friction,
-                                        &loop->state.compensator.friction.paper,
+                                        &loop->state.compensator.friction,
                                         force_of(part, in[0]),
                                         force_of(part, in[1]),
                                         &seen));
     if (all)
     {
         (void)put_friction(part, &seen, out);
-    }
-}
-
-static void tick_lugre(native_part_t *part, const double *in, double *out, bool all)
-{
-    TRIBO_PART(sim_loop, t) *loop = IN(part);
-    TRIBO(friction, signals_t) seen;
-    out[0] = n_of(part,
-                  TRIBO(lugre, step)(&loop->lugre,
-                                     &loop->params.compensator.friction,
-                                     &loop->state.compensator.friction.lugre,
-                                     force_of(part, in[0]),
-                                     force_of(part, in[1]),
-                                     &seen));
-    if (all)
-    {
-        out[1] = n_of(part, seen.TRIBO_N(n));
-        out[2] = n_of(part, seen.TRIBO_N(L));
     }
 }
 
@@ -182,7 +164,6 @@ static void restore(native_part_t *part)
 
 const native_functions_t TRIBO_PART(native, functions) = {.tick    = {[NATIVE_LOOP]        = tick_loop,
                                                                       [NATIVE_FRICTION]    = tick_friction,
-                                                                      [NATIVE_LUGRE]       = tick_lugre,
                                                                       [NATIVE_COMPENSATOR] = tick_compensator,
                                                                       [NATIVE_GUARD]       = tick_guard,
                                                                       [NATIVE_FEEDFORWARD] = tick_feedforward},

@@ -25,11 +25,11 @@ tribo.StatusError: compensator.friction.k_min: friction k_min: 1.01 to 1000; at 
 """
 
 from ._core import PARAMETERS, Parameter, ScenarioError, StatusError, __version__, scenarios
-from ._parts import Compensator, FeedForward, Friction, Guard, Loop, LuGre
+from ._parts import Compensator, FeedForward, Friction, Guard, Loop
 from ._run import Difference, Learned, Run, Summary, run
 
-__all__ = ["PARAMETERS", "Compensator", "Difference", "FeedForward", "Friction", "Guard", "Learned", "Loop", "LuGre", "Parameter", "Run", "ScenarioError", "StatusError",
+__all__ = ["PARAMETERS", "Compensator", "Difference", "FeedForward", "Friction", "Guard", "Learned", "Loop", "Parameter", "Run", "ScenarioError", "StatusError",
            "Summary", "__version__", "run", "scenarios"]
 
-for _public in (Compensator, Difference, FeedForward, Friction, Guard, Learned, Loop, LuGre, Parameter, Run, ScenarioError, StatusError, Summary, run, scenarios):
+for _public in (Compensator, Difference, FeedForward, Friction, Guard, Learned, Loop, Parameter, Run, ScenarioError, StatusError, Summary, run, scenarios):
     _public.__module__ = "tribo"

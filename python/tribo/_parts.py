@@ -149,17 +149,6 @@ class Friction(Part):
         return self._record(u_N, F_N)
 
 
-class LuGre(Friction):
-    """LuGre friction with the same breakaway: f of u and F.
-
-    >>> LuGre().step(0.001, 0.0) > 0
-    True
-    """
-
-    _kind = "lugre"
-    _groups = ("compensator.lugre.", "compensator.friction.", "compensator.friction.breakaway.")
-
-
 class Compensator(Part):
     """The paper's estimate of friction from u alone: friction and a model of the arm.
 

@@ -123,19 +123,6 @@ FUNCTIONS = [
         [],
     ),
     (
-        "tribo_force_loop_*_step with LuGre",
-        "The whole tick with params of tribo_force_loop_lugre_*_init, Eq. (12) with the paper's parameters in one linearly implicit step, over `triangle`. An explicit method"
-        " needs h rate < 2, its steps a tick are computed from σ0, σ1, σ2, I, b, the speed and the tick.",
-        [
-            ("instructions over `triangle`, mean / worst", "lugre.tick.mean", "lugre.tick.max"),
-            ("worst over random inputs, limits and bad inputs", "lugre.search.max"),
-            ("explicit steps a tick instead: at rest / where the arm reverses", "lugre.explicit_steps.at_rest", "lugre.explicit_steps.reversing"),
-            ("stack, bytes / where the method changes", "stack.lugre", "stack.lugre_methods"),
-            ("params, bytes, beside the loop's", "flash.lugre_params"),
-        ],
-        [],
-    ),
-    (
         "controller_*_step",
         "Cascade of two sections, limit, anti-windup.",
         part("controller", "tick.controller"),

@@ -83,8 +83,8 @@ def test_tables_in_the_docs_are_current(sim, page, option):
 def test_parameters_have_the_keys_ranges_and_defaults_of_a_scenario(sim):
     rows = [line.strip("| ").split(" | ") for line in sim.ok("list", "--parameters").splitlines() if line.startswith("| `")]
     program = keys(sim)
-    assert len(rows) > 45
-    assert len({field for field, *_ in rows}) > 45
+    assert len(rows) > 40
+    assert len({field for field, *_ in rows}) > 40
     for _, key, _, allowed, default, *_ in rows:
         if key != "-":
             assert program[key.strip("`")][1:] in ((allowed, default), (allowed, "-")), key

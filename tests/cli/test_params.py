@@ -59,9 +59,6 @@ compensator: {sensor: none, sensorless: {belief: 0.7}, feedforward: {jump_lead: 
     "guarded": """
 compensator: {method: paper, gain: 1.5, friction: {breakaway: {offset_N: 0.01, slope: 0.4}}, guard: {on: yes, turn_N: 0.02, stray_N: 0.001, quick_time_s: 0.5}}
 """,
-    "lugre": """
-compensator: {method: paper, guard: {on: no}, model: lugre, gain: 0.7, lugre: {stiffness_N_per_deg: 3000, bristle_damping_N_s_per_deg: 10, viscous_N_s_per_deg: 0.1}}
-""",
     "table": """
 compensator:
   method: paper

@@ -72,33 +72,13 @@ def test_replay_of_a_simulated_run_gives_what_the_loop_saw(sim):
         assert result[name] == pytest.approx(trace[name], abs=1e-6), name
 
 
-LUGRE = ("--set", "compensator.model=lugre")
-
-
-@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
-def test_replay_of_a_run_with_lugre_gives_what_the_loop_saw(sim, arithmetic):
-    trace = sim.trace("triangle", *PAPER, "--set", "duration_s=5", "--set", "reference.period_s=4", "--set", "metrics.start_s=0", *LUGRE, "--arith", arithmetic)
-    sim.ok("replay", "trace_of_run/trace.csv", "--out", "out.csv", "--arith", arithmetic, *LUGRE)
-    result = read_csv(sim.folder / "out.csv")
-    for name in ("F_hat_N", "n_N", "L_N", "Q1", "Q2", "Q", "f_hat_N"):
-        assert result[name] == pytest.approx(trace[name], abs=1e-6), name
-    # With the arm's own force as a measured one, of a log with nine digits.
-    sim.ok("replay", "trace_of_run/trace.csv", "--column", "F=F_hat_N", "--force", "measured", "--out", "measured.csv", "--arith",
-           arithmetic, *LUGRE)
-    assert read_csv(sim.folder / "measured.csv")["f_hat_N"] == pytest.approx(trace["f_hat_N"], abs=1e-5)
-    sim.ok("replay", "trace_of_run/trace.csv", "--out", "paper.csv", "--arith", arithmetic)
-    assert read_csv(sim.folder / "paper.csv")["f_hat_N"] != pytest.approx(trace["f_hat_N"], abs=1e-3)
-
-
 def test_set_goes_over_the_params_file(sim):
     log_of(sim, GOLDEN / "compensator_paper.csv", ["u_N"])
-    sim.write("p.yaml", "model: lugre\nlugre: {stiffness_N_per_deg: 500}\n")
+    sim.write("p.yaml", "friction: {k_min: 3}\n")
     soft = sim.ok("replay", "log.csv", "--params", "p.yaml")
-    assert soft == sim.ok("replay", "log.csv", *LUGRE, "--set", "compensator.lugre.stiffness_N_per_deg=500")
-    assert soft != sim.ok("replay", "log.csv", *LUGRE)
-    assert sim.ok("replay", "log.csv", *LUGRE) == sim.ok("replay", "log.csv", "--params", "p.yaml", "--set",
-                                                         "compensator.lugre.stiffness_N_per_deg=1e5")
-    assert sim.ok("replay", "log.csv") == sim.ok("replay", "log.csv", "--params", "p.yaml", "--set", "compensator.model=paper")
+    assert soft == sim.ok("replay", "log.csv", "--set", "compensator.friction.k_min=3")
+    assert soft != sim.ok("replay", "log.csv")
+    assert sim.ok("replay", "log.csv") == sim.ok("replay", "log.csv", "--params", "p.yaml", "--set", "compensator.friction.k_min=6")
 
 
 def test_a_breakaway_table_is_used(sim):
@@ -121,8 +101,7 @@ def test_a_set_that_replay_does_not_read(sim):
         sim.fails(f"replay: --set {other}: it judges the model of friction, and this is none of it{hint}", "replay", "log.csv", "--set",
                   other, status=2)
     sim.fails(f"--set compensator.gain: key=value is expected{hint}", "replay", "log.csv", "--set", "compensator.gain", status=2)
-    sim.fails("--set compensator.model=dahl: compensator.model: 'dahl' is not paper or lugre", "replay", "log.csv", "--set",
-              "compensator.model=dahl")
+    sim.fails("--set compensator.model=lugre: unknown key compensator.model, did you mean plant.model?", "replay", "log.csv", "--set", "compensator.model=lugre")
 
 
 def test_the_paper_is_the_default(sim):

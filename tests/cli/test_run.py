@@ -70,39 +70,6 @@ def test_guard_leaves_a_loop_alone_that_is_right(sim, method):
     assert {key: guarded[key] for key in SUMMARY[:10]} == {key: without[key] for key in SUMMARY[:10]}
 
 
-@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
-@pytest.mark.parametrize("truth", ["paper", "lugre"])
-def test_lugre_in_the_loop_compensates(sim, truth, arithmetic):
-    plant = ("--set", f"plant.model={truth}", "--arith", arithmetic)
-    off = sim.summary("triangle", *plant, "--set", "compensator.method=off")
-    lugre = sim.summary("triangle", *plant, *PAPER, "--set", "compensator.model=lugre")
-    assert lugre["rms_error_N"] == pytest.approx({"paper": 0.000999, "lugre": 0.001151}[truth], rel=0.02)
-    assert off["rms_error_N"] > 3.3 * lugre["rms_error_N"]
-    assert (lugre["Q_switches"], lugre["chatter_ticks"], lugre["limited_ticks"], lugre["bad_inputs"]) == (0, 0, 0, 0)
-
-
-def test_bristles_are_the_scenarios(sim):
-    lugre = [*PAPER, "--set", "compensator.model=lugre", "--set", "duration_s=5", "--set", "reference.period_s=4", "--set", "metrics.start_s=1"]
-    plain = sim.trace("triangle", *lugre)
-    assert sim.trace("triangle", *lugre, "--set", "compensator.lugre.stiffness_N_per_deg=1e5") == plain
-    for key, value in (("stiffness_N_per_deg", 500), ("bristle_damping_N_s_per_deg", 3000), ("viscous_N_s_per_deg", 5)):
-        assert sim.trace("triangle", *lugre, "--set", f"compensator.lugre.{key}={value}") != plain, key
-    off = sim.trace("triangle", *lugre, "--set", "compensator.method=off")
-    assert off["u_N"] == sim.trace("triangle", *lugre[6:], "--set", "compensator.method=off")["u_N"]
-
-
-def test_a_model_that_does_not_go_with_the_rest_is_refused(sim):
-    lugre = "compensator.model=lugre"
-    sim.fails(f"--set {lugre}: compensator.model: lugre goes with compensator.method paper or off alone",
-              "run", "triangle", "--set", lugre)
-    sim.fails(f"--set {lugre}: compensator.model: lugre is not in the drive's firmware, which has no registers for it; it runs here "
-              "and in params", "run", "triangle", *PAPER, "--target", "m4f", "--set", lugre)
-    key = "compensator.lugre.bristle_damping_N_s_per_deg"
-    sim.fails(f"--set {key}=9000: {key}: 9000 N s/deg is refused: lugre damping: 0 to 1e12 N s/deg; at most 1000 stiffness h; q31: less "
-              "for stiff bristles",
-              "run", "triangle", *PAPER, "--set", lugre, "--set", "compensator.lugre.stiffness_N_per_deg=1", "--set", f"{key}=9000")
-
-
 FED = ["triangle", "--set", "plant.friction.breakaway.slope=0.4", "--set",
        "plant.friction.breakaway.negative_slope=0.25"]
 

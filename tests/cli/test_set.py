@@ -33,8 +33,6 @@ def companions(key):
         return ["compensator.gain=0.5"]
     if key.startswith("compensator.guard."):
         return HUNTING
-    if key.startswith("compensator.lugre."):
-        return ["compensator.model=lugre"]
     if key.startswith("controller.sections"):
         return ["controller.kind=z", SECTIONS]
     if ".table[" in key:
@@ -111,7 +109,6 @@ VALUES = {
     "transition": "0.9",
     "viscous_N_s_per_deg": "0.1",
     "compensator.method": "feedforward",
-    "compensator.model": "lugre",
     "compensator.sensor": "none",
     "belief": "0.5",
     "guard.on": "no",

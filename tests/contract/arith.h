@@ -9,9 +9,6 @@
 #if TRIBO_IS_Q31
 #include "../support/cascade_q31.h"
 #include "arm_q31.h"
-#include "guard/guard_q31.h"
-#include "friction/lugre_f32.h"
-#include "friction/lugre_q31.h"
 #else
 #include "../support/cascade_f32.h"
 #include "arm_f32.h"
@@ -71,7 +68,6 @@ typedef struct
     TRIBO(force_loop, state_t) state;
     TRIBO(feedforward, params_t) feedforward; // not to be copied: params and state point to these
     TRIBO(feedforward, memory_t) memory;
-    TRIBO(lugre, params_t) lugre;
     tribo_point_t table[TRIBO_BREAKAWAY_POINTS_MAX];
     double        sample_time_s;
 } loop_t;
@@ -250,24 +246,13 @@ static inline tribo_status_t loop_init_feedforward(loop_t                       
     return status;
 }
 
-/// A loop with LuGre, and memory for a feed-forward.
-static inline tribo_status_t loop_init_lugre(loop_t                              *x,
-                                             const tribo_force_loop_f32_config_t *config,
-                                             const tribo_lugre_f32_config_t      *lugre)
-{
-    const tribo_status_t status = loop_init_feedforward(x, config, NULL);
-    return status != TRIBO_OK ? status
-                              : tribo_init_lugre(&x->params, x->table, &x->lugre, config, lugre, (float)FULL_SCALE_N);
-}
-
 /// Loop `x` as it is, with a memory of its own.
 static inline void loop_copy(loop_t *to, const loop_t *x)
 {
-    *to                          = *x;
-    to->params.method            = x->params.method != NULL ? &to->feedforward.method : NULL;
-    to->params.compensator.model = x->params.compensator.model != NULL ? &to->lugre.model : NULL;
-    to->state.memory             = x->state.memory != NULL ? &to->memory : NULL;
-    to->state.memory_seal        = ~(uintptr_t)to->state.memory;
+    *to                   = *x;
+    to->params.method     = x->params.method != NULL ? &to->feedforward.method : NULL;
+    to->state.memory      = x->state.memory != NULL ? &to->memory : NULL;
+    to->state.memory_seal = ~(uintptr_t)to->state.memory;
 }
 
 /// A tick of loop `x` under the params of loop `by`, which may be another.
@@ -355,28 +340,6 @@ static inline void loop_other_method(loop_t *x)
     x->feedforward.method.functions = loop_other_functions;
 }
 
-#if TRIBO_IS_Q31
-typedef tribo_friction_model_q31_t loop_model_t;
-#else
-typedef tribo_friction_model_f32_t loop_model_t;
-#endif
-
-static inline tribo_force_t loop_step_other(const loop_model_t *model,
-                                            const TRIBO(friction, params_t) * friction,
-                                            TRIBO(compensator_friction, state_t) * state,
-                                            tribo_force_t n,
-                                            tribo_force_t force,
-                                            TRIBO(friction, signals_t) * signals)
-{
-    return TRIBO(lugre, model_step)(model, friction, state, n, force, signals);
-}
-
-/// Makes the loop's LuGre a friction model of another kind.
-static inline void loop_other_model(loop_t *x)
-{
-    x->lugre.model.step = loop_step_other;
-}
-
 static inline void loop_detach_guard(loop_t *x)
 {
     TRIBO(guard, attach)(&x->state, NULL);
@@ -410,7 +373,7 @@ static inline uint32_t loop_bad_inputs(const loop_t *x)
 static inline uint32_t loop_saturations(const loop_t *x)
 {
 #if TRIBO_IS_Q31
-    return x->state.saturated + x->state.controller.cascade.saturated + x->state.compensator.friction.paper.saturated +
+    return x->state.saturated + x->state.controller.cascade.saturated + x->state.compensator.friction.saturated +
            x->state.compensator.arm.saturated;
 #else
     (void)x;
@@ -450,13 +413,6 @@ static inline loop_seen_t parts_step(parts_t *x, const loop_t *by, double e, dou
                          .u           = from_force(u),
                          .limited     = signals.limited,
                          .compensator = compensator_seen(&estimate, by->sample_time_s)};
-}
-
-/// Of a loop with LuGre, whose step is the same.
-static inline void parts_reset_lugre(parts_t *x)
-{
-    parts_reset(x);
-    TRIBO(lugre, reset)(&x->compensator.friction.lugre);
 }
 
 #endif

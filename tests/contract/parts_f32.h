@@ -6,7 +6,6 @@
 #include "arm_f32.h"
 #include "cascade_f32.h"
 #include "guard/guard_f32.h"
-#include "friction/lugre_f32.h"
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
 #include "tribo/friction_f32.h"
@@ -14,10 +13,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define CASCADE_ROUNDING  1e-6 // of a node
-#define GUARD_ROUNDING    1e-6 // of the fade
-#define LUGRE_TOLERANCE_N 1e-6 // of a step
-#define LUGRE_BRISTLE_N   1e-7
+#define CASCADE_ROUNDING 1e-6 // of a node
+#define GUARD_ROUNDING   1e-6 // of the fade
 
 // --- cascade of sections -------------------------------------------------------------------------------------------
 
@@ -67,12 +64,12 @@ typedef struct
 
 static inline void play_reset(play_t *x, double position)
 {
-    play_f32_reset(&x->state, (float)position);
+    guard_play_reset(&x->state, (float)position);
 }
 
 static inline void play_step(play_t *x, double input, double half)
 {
-    play_f32_step(&x->state, (float)input, (float)half);
+    guard_play_step(&x->state, (float)input, (float)half);
 }
 
 static inline double play_position(const play_t *x)
@@ -106,65 +103,6 @@ static inline double guard_step(guard_t *x, double r, double y, double f)
 static inline void guard_restore(guard_t *x)
 {
     tribo_guard_f32_restore(&x->state);
-}
-
-// --- LuGre friction ------------------------------------------------------------------------------------------------
-
-typedef struct
-{
-    tribo_lugre_f32_params_t     params;
-    tribo_friction_f32_params_t  friction;
-    tribo_lugre_f32_state_t      state;
-    tribo_friction_f32_signals_t seen;
-} lugre_t;
-
-static inline void lugre_reset(lugre_t *x)
-{
-    tribo_lugre_f32_reset(&x->state);
-}
-
-static inline tribo_status_t lugre_init(lugre_t                           *x,
-                                        const tribo_lugre_f32_config_t    *config,
-                                        const tribo_arm_f32_config_t      *arm,
-                                        const tribo_friction_f32_config_t *law,
-                                        double                             h)
-{
-    lugre_reset(x);
-    const tribo_status_t status = tribo_lugre_f32_init(&x->params, config, arm, (float)h);
-    return status != TRIBO_OK ? status : tribo_friction_f32_init(&x->friction, law, (float)h);
-}
-
-/// Returns f.
-static inline double lugre_step(lugre_t *x, double u, double F)
-{
-    return (double)tribo_lugre_f32_step(&x->params, &x->friction, &x->state, (float)u, (float)F, &x->seen);
-}
-
-static inline double lugre_n(const lugre_t *x)
-{
-    return (double)x->seen.n_n;
-}
-
-static inline double lugre_L(const lugre_t *x)
-{
-    return (double)x->seen.L_n;
-}
-
-/// Force of the bristles, and the drive that the arm had last.
-static inline double lugre_bristle(const lugre_t *x)
-{
-    return (double)x->state.bristle_n;
-}
-
-static inline double lugre_drive(const lugre_t *x)
-{
-    return (double)x->state.drive_n;
-}
-
-static inline void lugre_set(lugre_t *x, double bristle, double drive)
-{
-    x->state.bristle_n = (float)bristle;
-    x->state.drive_n   = (float)drive;
 }
 
 #endif

@@ -6,8 +6,6 @@
 #include "arm_q31.h"
 #include "cascade_q31.h"
 #include "guard/guard_q31.h"
-#include "friction/lugre_f32.h"
-#include "friction/lugre_q31.h"
 #include "tribo/feedforward_q31.h"
 #include "tribo/force_loop_q31.h"
 #include "tribo/friction_q31.h"
@@ -20,8 +18,6 @@
 #define PARTS_UNIT_N       (PARTS_FULL_SCALE_N / 536870912.0)
 #define CASCADE_ROUNDING   1e-6 // of a node
 #define GUARD_ROUNDING     1e-6 // of the fade
-#define LUGRE_TOLERANCE_N  2e-7 // of a step
-#define LUGRE_BRISTLE_N    2e-7
 
 static inline int32_t parts_units(double force_n)
 {
@@ -98,12 +94,12 @@ typedef struct
 
 static inline void play_reset(play_t *x, double position)
 {
-    play_q31_reset(&x->state, parts_units(position));
+    guard_play_reset(&x->state, parts_units(position));
 }
 
 static inline void play_step(play_t *x, double input, double half)
 {
-    play_q31_step(&x->state, parts_units(input), parts_units(half));
+    guard_play_step(&x->state, parts_units(input), parts_units(half));
 }
 
 static inline double play_position(const play_t *x)
@@ -137,69 +133,6 @@ static inline double guard_step(guard_t *x, double r, double y, double f)
 static inline void guard_restore(guard_t *x)
 {
     tribo_guard_q31_restore(&x->state);
-}
-
-// --- LuGre friction ------------------------------------------------------------------------------------------------
-
-typedef struct
-{
-    tribo_lugre_q31_params_t     params;
-    tribo_friction_q31_params_t  friction;
-    tribo_lugre_q31_state_t      state;
-    tribo_friction_q31_signals_t seen;
-    tribo_breakaway_point_q31_t  table[TRIBO_BREAKAWAY_POINTS_MAX];
-} lugre_t;
-
-static inline void lugre_reset(lugre_t *x)
-{
-    tribo_lugre_q31_reset(&x->state);
-}
-
-static inline tribo_status_t lugre_init(lugre_t                           *x,
-                                        const tribo_lugre_f32_config_t    *config,
-                                        const tribo_arm_f32_config_t      *arm,
-                                        const tribo_friction_f32_config_t *law,
-                                        double                             h)
-{
-    lugre_reset(x);
-    const tribo_status_t status = tribo_lugre_q31_init(&x->params, config, arm, (float)h);
-    return status != TRIBO_OK
-               ? status
-               : tribo_friction_q31_init(&x->friction, x->table, law, (float)h, (float)PARTS_FULL_SCALE_N);
-}
-
-/// Returns f.
-static inline double lugre_step(lugre_t *x, double u, double F)
-{
-    return parts_from_q31(
-        tribo_lugre_q31_step(&x->params, &x->friction, &x->state, parts_q31(u), parts_q31(F), &x->seen));
-}
-
-static inline double lugre_n(const lugre_t *x)
-{
-    return parts_from_q31(x->seen.n);
-}
-
-static inline double lugre_L(const lugre_t *x)
-{
-    return parts_from_q31(x->seen.L);
-}
-
-/// Force of the bristles, and the drive that the arm had last.
-static inline double lugre_bristle(const lugre_t *x)
-{
-    return parts_from_q31(x->state.bristle);
-}
-
-static inline double lugre_drive(const lugre_t *x)
-{
-    return parts_from_q31(x->state.drive);
-}
-
-static inline void lugre_set(lugre_t *x, double bristle, double drive)
-{
-    x->state.bristle = parts_q31(bristle);
-    x->state.drive   = parts_q31(drive);
 }
 
 #endif

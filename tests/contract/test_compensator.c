@@ -83,8 +83,7 @@ static void test_compensator_is_entered_with_the_net_force_of_its_gravity(void)
     config.friction.gravity_n = 0.02f;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, compensator_init(&compensator, &config, H));
     const double u = 0.31;
-    const double f =
-        from_force(TRIBO(compensator, enter)(&compensator.params, &compensator.state, to_force(u), to_force(0.3)));
+    const double f = from_force(compensator_enter(&compensator.params, &compensator.state, to_force(u), to_force(0.3)));
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.03, f);
     const compensator_seen_t seen = compensator_step(&compensator, u);
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.03, seen.friction.n);

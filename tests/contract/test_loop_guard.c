@@ -2,7 +2,6 @@
 
 #define FULL_SCALE_N 4.0 // of Q31, so that an input beyond input_max shows as such
 #include ARITH_HEADER
-#include "lugre_paper.h"
 #include "unity.h"
 
 static tribo_force_loop_f32_config_t config;
@@ -172,14 +171,6 @@ static void test_the_papers_method_takes_over_the_fade_that_a_guard_has_left(voi
     check_fade_is_taken_over(&paper);
 }
 
-static void test_so_does_lugre(void)
-{
-    static loop_t                  lugre;
-    const tribo_lugre_f32_config_t friction = lugre_paper();
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_lugre(&lugre, &config, &friction));
-    check_fade_is_taken_over(&lugre);
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -192,6 +183,5 @@ int main(void)
     RUN_TEST(test_bad_inputs_are_not_judged);
     RUN_TEST(test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds);
     RUN_TEST(test_the_papers_method_takes_over_the_fade_that_a_guard_has_left);
-    RUN_TEST(test_so_does_lugre);
     return UNITY_END();
 }

@@ -74,14 +74,6 @@ def test_a_log_that_begins_under_load(rows, tmp_path):
     assert replay(tmp_path, rows[15000:25000])[0] == ["the params fit this log"]
 
 
-def test_the_bristles_of_lugre_are_a_path_as_well(tmp_path):
-    model = "compensator.model=lugre"
-    synthetic.play(tmp_path, synthetic.write_plan(tmp_path, synthetic.plan_over(0.1, 0.6, noise=0.001, u_max=2)), ["plant.model=lugre"])
-    rows = synthetic.trace(tmp_path)
-    assert replay(tmp_path, rows, "--set", model)[0] == ["the params fit this log"]
-    assert replay(tmp_path, rows * [1, 0.9, 1], "--set", model)[0][0].startswith("wrong scale")
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_rigs_with_noise(tmp_path, seed):
     truth, rows = synthetic.sound(seed)

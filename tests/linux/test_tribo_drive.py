@@ -164,11 +164,6 @@ def test_the_drive_reads_the_loop_of_a_scenario_alone(drive, loop, arguments, me
     assert run.returncode == 1 and message in run.stderr, run.stderr
 
 
-def test_what_the_drive_lacks_is_refused(drive):
-    run = drive.run("rig.yaml", "--check", "--set", "compensator.method=paper", "--set", "compensator.model=lugre")
-    assert run.returncode == 1 and "loop.yaml: compensator.model: lugre is not in the drive" in run.stderr
-
-
 def test_replay_reads_the_log(drive):
     drive.ticks(3000)
     run = subprocess.run([os.environ["TRIBO_SIM"], "replay", "log.csv", "--force=measured", "--out", "out.csv"], cwd=drive.folder,

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # freestanding.sh LIB OUT COMPILER [FLAG...]: compiles LIB/src with the headers of a freestanding compiler only
 # and checks what the objects leave undefined: memcpy and memset, which a compiler may call on its own, and the
-# helpers of single-precision and integer arithmetic. No libc, no libm, no double.
+# helpers of integer and floating-point arithmetic. No libc, no libm.
 set -euo pipefail
 
 lib=$1 out=$2
@@ -21,7 +21,7 @@ defined=$(nm --defined-only "$out"/*.o | awk 'NF == 3 {print $3}' | sort -u)
 extern=$(comm -23 <(echo "$undefined") <(echo "$defined"))
 echo "left to others: ${extern//$'\n'/ }"
 
-arm='mem(cpy|set|clr)[48]?|f(add|sub|rsub|mul|div|2u?iz|cmp[a-z]+)|cf[a-z]*cmp[a-z]+|u?i2f|u?idiv(mod)?|u?ldivmod|l(mul|lsl|lsr|asr)'
+arm='mem(cpy|set|clr)[48]?|[fd](add|sub|rsub|mul|div|2u?iz|cmp[a-z]+)|c[fd][a-z]*cmp[a-z]+|d2f|f2d|u?i2d|u?i2f|u?idiv(mod)?|u?ldivmod|l(mul|lsl|lsr|asr)'
 if unexpected=$(grep -vxE "|memcpy|memset|__clz[sd]i2|__aeabi_($arm)" <<<"$extern"); then
     echo "freestanding.sh: not allowed in the library: ${unexpected//$'\n'/ }" >&2
     exit 1

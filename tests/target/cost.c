@@ -6,15 +6,10 @@
 #include "controller/anti_windup_f32.h"
 #include "controller/anti_windup_q31.h"
 #include "counter.h"
-#include "lugre_paper.h"
 #include "friction/arm_f32.h"
 #include "friction/arm_q31.h"
-#include "friction/compensator_f32.h"
-#include "friction/compensator_q31.h"
 #include "friction/law_f32.h"
 #include "friction/law_q31.h"
-#include "friction/lugre_f32.h"
-#include "friction/lugre_q31.h"
 #include "tribo_arithmetic.h"
 
 #include <stdio.h>
@@ -35,7 +30,6 @@ static loop_params_t  other; // to retune to and fro
 static loop_state_t   axis[AXES_MAX];
 static loop_signals_t signals;
 
-static TRIBO(lugre, params_t) lugre;
 static TRIBO(feedforward, params_t) feedforward;
 static TRIBO(feedforward, memory_t) memory;
 
@@ -294,12 +288,12 @@ static void count_modules(const loop_state_t *before)
     counts_add(&modules.output);
     counted_advance(&paper.controller.cascade, &s.controller.cascade, in->TRIBO_N(e), &nodes);
     counts_add(&modules.advance);
-    counted_friction(&paper.compensator.friction, &s.compensator.friction.paper, u, force, &out.compensator.friction);
+    counted_friction(&paper.compensator.friction, &s.compensator.friction, u, force, &out.compensator.friction);
     counts_add(&modules.friction);
     counted_arm(&paper.compensator.arm, &s.compensator.arm, drive);
     counts_add(&modules.arm);
 
-    tribo_relay_state_t *const relay  = &s.compensator.friction.paper.relay;
+    tribo_relay_state_t *const relay  = &s.compensator.friction.relay;
     const uint8_t              width  = paper.compensator.friction.pulse_width;
     const uint8_t              events = relay->edge.line[(relay->edge.head - 1u) & TRIBO_EDGE_WIDTH_MAX];
     counted_relay(relay, width, events);
@@ -527,7 +521,7 @@ static __attribute__((noinline)) void print_stack_of_modules(void)
         note_depth(top, &stack.compensator);
         paint(top);
         (void)TRIBO(friction, step)(&paper.compensator.friction,
-                                    &was.compensator.friction.paper,
+                                    &was.compensator.friction,
                                     u,
                                     in.compensator.TRIBO_N(force),
                                     &signals.compensator.friction);
@@ -536,12 +530,10 @@ static __attribute__((noinline)) void print_stack_of_modules(void)
         arm_alone(&paper.compensator.arm, &was.compensator.arm, in.compensator.friction.TRIBO_N(n));
         note_depth(top, &stack.arm);
         paint(top);
-        (void)relay_alone(&was.compensator.friction.paper.relay,
-                          paper.compensator.friction.pulse_width,
-                          (uint8_t)(k & 15));
+        (void)relay_alone(&was.compensator.friction.relay, paper.compensator.friction.pulse_width, (uint8_t)(k & 15));
         note_depth(top, &stack.relay);
         paint(top);
-        (void)edge_alone(&was.compensator.friction.paper.relay.edge,
+        (void)edge_alone(&was.compensator.friction.relay.edge,
                          paper.compensator.friction.pulse_width,
                          (uint8_t)(k & 15));
         note_depth(top, &stack.edge);
@@ -715,70 +707,6 @@ static __attribute__((noinline)) void run_guard(void)
     print("ram.guard", "", (uint32_t)sizeof guard);
 }
 
-// --- LuGre ---------------------------------------------------------------------------------------------------------
-
-/// Explicit Euler steps of Eq. (12) that a tick needs, the fewest with which its fastest rate, 1/s, does not grow: h rate/n < 2.
-static uint32_t explicit_steps(float tick_s, float rate)
-{
-    return (uint32_t)(0.5f * tick_s * rate) + 1u;
-}
-
-/// The rates are those of the speed: (s1 (1 - s0 z sign(w)/L) + s2 + b)/I with relaxed bristles, and where the arm reverses and z
-/// is still -L/s0, and of z, s0 |w|/L, where the arm follows the triangle.
-static void print_explicit_steps(const tribo_force_loop_f32_config_t *config, const tribo_lugre_f32_config_t *bristles)
-{
-    const tribo_arm_f32_config_t *const arm         = &config->compensator.arm;
-    const tribo_breakaway_f32_t *const  law         = &config->compensator.friction.positive;
-    const float                         other_rates = (bristles->viscous + arm->damping) / arm->inertia;
-    const float                         speed       = 0.02f / arm->stiffness;
-    const float                         L           = law->offset_n + law->slope * 0.4f;
-    const float                         at_rest     = bristles->damping / arm->inertia + other_rates;
-    const float reversing = 2.0f * bristles->damping / arm->inertia + other_rates + bristles->stiffness * speed / L;
-    print("lugre.explicit_steps.at_rest", "", explicit_steps(config->sample_time_s, at_rest));
-    print("lugre.explicit_steps.reversing", "", explicit_steps(config->sample_time_s, reversing));
-}
-
-/// The loop with LuGre; like the table's run out of line.
-static __attribute__((noinline)) void run_lugre(void)
-{
-    const tribo_force_loop_f32_config_t config   = tribo_force_loop_f32_paper();
-    const tribo_lugre_f32_config_t      bristles = lugre_paper();
-    if (tribo_init_lugre(&other, NULL, &lugre, &config, &bristles, FULL_SCALE_N) != TRIBO_OK)
-    {
-        return; // the figures will be missed
-    }
-    counts_t tick            = {0};
-    counts_t search          = {0};
-    counts_t without_signals = {0};
-    uint32_t hashed          = 2166136261u;
-    search_t s               = {.kind = 0};
-    random_state             = 0x7ab5u;
-    plant_reset();
-    TRIBO(force_loop, reset)(&axis[0]);
-    for (int32_t k = 0; k < 20000 + SEARCH_TICKS; k++)
-    {
-        s.r = triangle(k);
-        s.y = plant.sensor;
-        if (k >= 20000)
-        {
-            search_step(&s, k);
-        }
-        const tribo_force_t u = k % 4 == 3 ? counted_tick_without_signals(&other, &axis[0], s.r, s.y)
-                                           : counted_tick(&other, &axis[0], s.r, s.y, &signals);
-        counts_add(k % 4 == 3 ? &without_signals : k < 20000 ? &tick : &search);
-        hashed = hash(hashed, u);
-        plant_step(u);
-    }
-    print_counts("lugre.tick", &tick);
-    print_counts("lugre.search", &search);
-    print_counts("lugre.without_signals", &without_signals);
-    print("hash", ".lugre", hashed);
-    print("stack.lugre", "", stack_of_ticks(&other, &other));
-    print("stack.lugre_methods", "", stack_of_ticks(&paper, &other));
-    print("flash.lugre_params", "", (uint32_t)sizeof lugre);
-    print_explicit_steps(&config, &bristles);
-}
-
 int main(void)
 {
     tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
@@ -812,7 +740,6 @@ int main(void)
     run_table();
     run_feedforward();
     run_guard();
-    run_lugre();
 #endif
     return 0;
 }

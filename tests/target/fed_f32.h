@@ -114,7 +114,6 @@ static const tribo_force_loop_f32_params_t fed_params = {
             .gamma_d = 2.82982737e-02f,
             .gamma_g = 7.73008466e-01f,
         },
-        .model = NULL,
     },
     .method = &fed_feedforward.method,
     .guard = NULL,

@@ -130,7 +130,6 @@ static const tribo_force_loop_q31_params_t fed_params = {
             .gamma_g = 207502880,
             .shift = 2u,
         },
-        .model = NULL,
     },
     .method = &fed_feedforward.method,
     .guard = NULL,

@@ -37,7 +37,7 @@ static void test_compensator_rides_out_a_bad_input(void)
         TEST_ASSERT_FLOAT_WITHIN(1e-5f,
                                  f,
                                  tribo_compensator_f32_step(&params, &state, k % 2u != 0u ? NAN : INFINITY, &seen));
-        TEST_ASSERT_EQUAL_UINT32(k, state.friction.paper.bad_inputs);
+        TEST_ASSERT_EQUAL_UINT32(k, state.friction.bad_inputs);
     }
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, f, tribo_compensator_f32_step(&params, &state, 0.5f, &seen));
     TEST_ASSERT_EQUAL_UINT32(0, state.arm.clamped);

@@ -1,11 +1,7 @@
 #include "controller/biquad_f32.h"
 #include "controller/biquad_q31.h"
-#include "guard/guard_q31.h"
 #include "friction/arm_q31.h"
-#include "friction/compensator_f32.h"
 #include "friction/compensator_q31.h"
-#include "friction/lugre_f32.h"
-#include "friction/lugre_q31.h"
 #include "tribo/force_loop_q31.h"
 #include "tribo/friction_q31.h"
 

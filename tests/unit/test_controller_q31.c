@@ -1,8 +1,5 @@
 #include "controller/anti_windup_f32.h"
-#include "guard/guard_q31.h"
 #include "friction/arm_q31.h"
-#include "friction/lugre_f32.h"
-#include "friction/lugre_q31.h"
 #include "tribo/controller_q31.h"
 #include "tribo/force_loop_q31.h"
 #include "tribo/paper_controller.h"

@@ -50,7 +50,7 @@ static void test_loop_takes_whatever_is_no_credible_number_for_a_bad_input(void)
             TEST_ASSERT_SAME_FLOAT(0.0f, seen.e_n);
             counted++;
             TEST_ASSERT_EQUAL_UINT32(counted, state.bad_inputs);
-            TEST_ASSERT_EQUAL_UINT32(0, state.compensator.friction.paper.bad_inputs);
+            TEST_ASSERT_EQUAL_UINT32(0, state.compensator.friction.bad_inputs);
         }
     }
     (void)tribo_force_loop_f32_step(&params, &state, 2.0f, -2.0f, &seen); // the ends of what is credible
@@ -83,7 +83,7 @@ static void test_loop_recovers_from_forces_beyond_its_model(void)
     const uint32_t clamped = state.compensator.arm.clamped;
     (void)tribo_force_loop_f32_step(&params, &state, 0.0f, 1.0e6f, &seen);
     TEST_ASSERT_EQUAL_UINT32(clamped, state.compensator.arm.clamped);
-    TEST_ASSERT_EQUAL_UINT32(0, state.compensator.friction.paper.bad_inputs);
+    TEST_ASSERT_EQUAL_UINT32(0, state.compensator.friction.bad_inputs);
     // At rest again: the arm carries u and gravity less what friction takes.
     TEST_ASSERT_FLOAT_WITHIN(seen.compensator.friction.L_n + 1.0f,
                              seen.controller.u_n + 6.0e5f,

@@ -2,7 +2,6 @@
 #include "tribo/feedforward_q31.h"
 #include "tribo/force_loop_q31.h"
 
-#include "lugre_paper.h"
 #include "random.h"
 #include "unity.h"
 
@@ -153,35 +152,13 @@ static void test_loop_with_a_feedforward_init_writes_nothing_unless_ok(void)
     TEST_ASSERT_NULL(state.memory);
 }
 
-static void test_loop_with_lugre_init_measures_the_headroom_and_writes_nothing_unless_ok(void)
-{
-    const tribo_lugre_f32_config_t lugre = lugre_paper();
-    tribo_lugre_q31_params_t       made;
-    tribo_force_loop_q31_params_t  untouched;
-    tribo_headroom_q31_t           headroom = {.input = -1.0f};
-    tribo_headroom_q31_t           of_paper;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&params, NULL, &config, FULL_SCALE, &of_paper));
-    memset(&params, 0x5a, sizeof params);
-    memset(&made, 0x5a, sizeof made);
-    untouched = params;
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_FULL_SCALE,
-                          tribo_force_loop_lugre_q31_init(&params, NULL, &made, &config, &lugre, NAN, &headroom));
-    TEST_ASSERT_EQUAL_MEMORY(&untouched, &params, sizeof params);
-    TEST_ASSERT_EACH_EQUAL_HEX8(0x5a, &made, sizeof made);
-    TEST_ASSERT_TRUE(headroom.input == -1.0f);
-    TEST_ASSERT_EQUAL_INT(
-        TRIBO_OK,
-        tribo_force_loop_lugre_q31_init(&params, NULL, &made, &config, &lugre, FULL_SCALE, &headroom));
-    TEST_ASSERT_TRUE(headroom.input == of_paper.input);
-}
-
 static void test_loop_reset_clears_the_counts_of_saturations(void)
 {
     memset(&state, 0x5a, sizeof state);
     tribo_force_loop_q31_reset(&state);
     TEST_ASSERT_EQUAL_UINT32(0, state.saturated);
     TEST_ASSERT_EQUAL_UINT32(0, state.controller.cascade.saturated);
-    TEST_ASSERT_EQUAL_UINT32(0, state.compensator.friction.paper.saturated);
+    TEST_ASSERT_EQUAL_UINT32(0, state.compensator.friction.saturated);
     TEST_ASSERT_EQUAL_UINT32(0, state.compensator.arm.saturated);
 }
 
@@ -193,6 +170,5 @@ int main(void)
     RUN_TEST(test_loop_stays_within_its_limits_whatever_comes);
     RUN_TEST(test_loop_reset_clears_the_counts_of_saturations);
     RUN_TEST(test_loop_with_a_feedforward_init_writes_nothing_unless_ok);
-    RUN_TEST(test_loop_with_lugre_init_measures_the_headroom_and_writes_nothing_unless_ok);
     return UNITY_END();
 }

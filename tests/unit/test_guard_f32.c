@@ -62,7 +62,7 @@ static void test_a_corrupt_state_recovers(void)
 {
     swing(4, 100, 0.02f, 0.0f);
     guard.play.position_n = NAN;
-    guard.work_n2         = NAN;
+    guard.work            = NAN;
     guard.high_n          = NAN;
     guard.y_n             = NAN;
     guard.fade            = NAN;

@@ -17,14 +17,14 @@ void tearDown(void)
 static void test_play_moves_over_the_whole_range(void)
 {
     tribo_play_q31_state_t play;
-    play_q31_reset(&play, 1000);
-    play_q31_step(&play, MOST, 0);
+    guard_play_reset(&play, 1000);
+    guard_play_step(&play, MOST, 0);
     TEST_ASSERT_EQUAL_INT32(MOST, play.position);
-    play_q31_step(&play, 0, MOST);
+    guard_play_step(&play, 0, MOST);
     TEST_ASSERT_EQUAL_INT32(MOST, play.position);
-    play_q31_step(&play, -MOST, 0);
+    guard_play_step(&play, -MOST, 0);
     TEST_ASSERT_EQUAL_INT32(-MOST, play.position);
-    play_q31_step(&play, 0, MOST);
+    guard_play_step(&play, 0, MOST);
     TEST_ASSERT_EQUAL_INT32(-MOST, play.position);
     TEST_ASSERT_EQUAL_INT32(-1, play.sign);
 }
@@ -32,9 +32,9 @@ static void test_play_moves_over_the_whole_range(void)
 static void test_play_starts_within_the_range(void)
 {
     tribo_play_q31_state_t play;
-    play_q31_reset(&play, INT32_MIN);
+    guard_play_reset(&play, INT32_MIN);
     TEST_ASSERT_EQUAL_INT32(-MOST, play.position);
-    play_q31_reset(&play, INT32_MAX);
+    guard_play_reset(&play, INT32_MAX);
     TEST_ASSERT_EQUAL_INT32(MOST, play.position);
     TEST_ASSERT_EQUAL_INT32(0, play.sign);
 }

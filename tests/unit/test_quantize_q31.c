@@ -2,10 +2,7 @@
 
 #include "controller/biquad_f32.h"
 #include "controller/biquad_q31.h"
-#include "guard/guard_q31.h"
 #include "friction/arm_q31.h"
-#include "friction/lugre_f32.h"
-#include "friction/lugre_q31.h"
 #include "tribo/force_loop_q31.h"
 #include "tribo/paper_controller.h"
 

@@ -309,10 +309,6 @@ static bool take_scenario(params_t *params, const char *path)
     if (ok)
     {
         common_loop_config_fill(&loop, common_scenario_loop(scenario));
-        ok = !loop.has_lugre || common_error_set(&error, "%s: compensator.model: lugre is not in the drive", path);
-    }
-    if (ok)
-    {
         params_take_loop(&params->set,
                          &loop.config,
                          loop.feeds_forward ? &loop.feedforward : NULL,

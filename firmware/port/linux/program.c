@@ -700,10 +700,6 @@ static bool set_up_drive(program_t *program, const common_sources_t *sources, co
         return rig_complain(sources, path, "drive.period_us", what, error);
     }
     common_loop_config_fill(&loop, config);
-    if (loop.has_lugre)
-    {
-        return common_error_set(error, "%s: compensator.model: lugre is not in the drive", program->rig->scenario);
-    }
     program->defaults       = params_default();
     program->defaults.drive = program->rig->drive;
     params_take_loop(&program->defaults,

@@ -139,7 +139,6 @@ static const tribo_force_loop_q31_params_t rig_params = {
             .gamma_g = 207502880,
             .shift = 2u,
         },
-        .model = NULL,
     },
     .method = &rig_feedforward.method,
     .guard = &rig_guard,

@@ -27,7 +27,7 @@
 /// flash, in RAM with ECC, or under a checksum of your own.
 ///
 /// A third and a fourth section, a breakaway table and a change of params cost more when used; docs/numbers.md has the
-/// figures. No heap, no libm, no double, no globals; the same bits on every target. Not synchronized: one state, one tick.
+/// figures. No heap, no libm, no globals, no double in a tick; the same bits on every target. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FORCE_LOOP_F32_H
 #define TRIBO_FORCE_LOOP_F32_H
@@ -134,7 +134,7 @@ typedef struct
     tribo_guard_cause_t    cause;         ///< latched
     float                  fade;          ///< of friction, 0 to 1
     uint32_t               since;         ///< ticks since the last reversal, up to quick_ticks
-    float                  work_n2;       ///< W since then
+    float                  work;          ///< W since then, N^2; constant from quick_ticks on
     float                  high_n, low_n; ///< largest and smallest error since then, and 0
     float                  r_n, y_n;      ///< of the last tick
     tribo_play_f32_state_t play;          ///< of f
@@ -153,7 +153,7 @@ typedef struct tribo_guard_f32_params
     uint8_t  on; ///< 1, set by init. 0: the guard judges nothing, forgets its cause and removes its fading
     float    half_n;
     float    stray_n;
-    float    work_n2;   ///< of hunting
+    float    work;      ///< of hunting, N^2
     float    fade_step; ///< change of the fade in a tick
     uint32_t quick_ticks;
 } tribo_guard_f32_params_t;
@@ -218,13 +218,6 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
                                 float                                r_n,
                                 float                                y_n,
                                 tribo_force_loop_f32_signals_t      *signals);
-
-/// Makes `params` of a loop with LuGre, and `lugre`, which must outlive them: they point to it. Returns TRIBO_OK or a status
-/// of tribo_force_loop_f32_init, then of tribo_lugre_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
-tribo_status_t tribo_force_loop_lugre_f32_init(tribo_force_loop_f32_params_t       *params,
-                                               tribo_lugre_f32_params_t            *lugre,
-                                               const tribo_force_loop_f32_config_t *config,
-                                               const tribo_lugre_f32_config_t      *lugre_config);
 
 /// The defaults, for forces about 1 N.
 tribo_guard_f32_config_t tribo_guard_f32_default(void);

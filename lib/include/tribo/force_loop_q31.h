@@ -145,16 +145,6 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
                                          float                                full_scale_n,
                                          tribo_headroom_q31_t                *headroom);
 
-/// The same with LuGre in the compensator: `params` will point to `lugre`. Returns TRIBO_OK or a status of
-/// tribo_force_loop_q31_init, then of tribo_lugre_q31_init. Writes only the table unless TRIBO_OK.
-tribo_status_t tribo_force_loop_lugre_q31_init(tribo_force_loop_q31_params_t       *params,
-                                               tribo_breakaway_point_q31_t         *table,
-                                               tribo_lugre_q31_params_t            *lugre,
-                                               const tribo_force_loop_f32_config_t *config,
-                                               const tribo_lugre_f32_config_t      *lugre_config,
-                                               float                                full_scale_n,
-                                               tribo_headroom_q31_t                *headroom);
-
 /// The same of tribo_force_loop_q31_init, in the units of `config`; of TRIBO_ERR_FULL_SCALE all 0.
 tribo_refusal_t tribo_force_loop_q31_refusal(tribo_status_t                       status,
                                              const tribo_force_loop_f32_config_t *config,

@@ -127,14 +127,6 @@ typedef struct
     uint8_t relays;    ///< TRIBO_RELAY_Q1, _Q2 and, for Eq. (8), _Q
 } tribo_friction_f32_signals_t;
 
-typedef struct
-{
-    float    n_n;        ///< n[k-1]
-    uint32_t bad_inputs; ///< steps with a bad input since reset; stops at UINT32_MAX
-    float    bristle_n;  ///< Z
-    float    drive_n;    ///< r
-} tribo_lugre_f32_state_t;
-
 /// In one unit of displacement of your choice: degrees (the paper), radians, metres.
 typedef struct
 {
@@ -157,49 +149,6 @@ typedef struct
     uint32_t clamped;        ///< F held at its limit since reset; stops at UINT32_MAX
 } tribo_arm_f32_state_t;
 
-/// Displacement in the arm's unit, degrees with the paper's numbers. a, b, c and beta: src/friction/lugre_f32.h.
-typedef struct
-{
-    float stiffness; ///< s0, 1e-12 to 1e12 N per unit; c 1e-6 to 1e6
-    float damping;   ///< s1, 0 to 1e12 N s per unit; beta at most 1000
-    float viscous;   ///< s2, 0 to 1e12 N s per unit; b at most 1000
-} tribo_lugre_f32_config_t;
-
-/// State of the compensator's friction model. Both begin with the same two members.
-typedef union
-{
-    tribo_friction_f32_state_t paper;
-    tribo_lugre_f32_state_t    lugre;
-} tribo_compensator_friction_f32_state_t;
-
-/// A friction model that replaces the paper's; its params begin with this struct. Neither function can fail.
-typedef struct tribo_friction_model_f32
-{
-    /// f for the net force `n_n` and the end-point force `force_n`. `friction` gives L(F); `signals` is written whole.
-    float (*step)(const struct tribo_friction_model_f32  *model,
-                  const tribo_friction_f32_params_t      *friction,
-                  tribo_compensator_friction_f32_state_t *state,
-                  float                                   n_n,
-                  float                                   force_n,
-                  tribo_friction_f32_signals_t           *signals);
-
-    /// Starts with an arm at rest at `force_n`, held against `n_n` as far as L allows. Returns f.
-    float (*enter)(const struct tribo_friction_model_f32  *model,
-                   const tribo_friction_f32_params_t      *friction,
-                   tribo_compensator_friction_f32_state_t *state,
-                   float                                   n_n,
-                   float                                   force_n);
-} tribo_friction_model_f32_t;
-
-/// Constants of a step, made by tribo_lugre_f32_init. Const from then on; may be shared.
-typedef struct
-{
-    tribo_friction_model_f32_t model;               ///< for a compensator with LuGre
-    float                      a, b_and_1, beta, c; ///< above
-    float                      stuck;               ///< c/(1 + a + b)
-    float                      gamma_g;             ///< of the arm
-} tribo_lugre_f32_params_t;
-
 typedef struct
 {
     tribo_friction_f32_config_t friction;
@@ -208,15 +157,14 @@ typedef struct
 
 typedef struct
 {
-    tribo_friction_f32_params_t       friction;
-    tribo_arm_f32_params_t            arm;
-    const tribo_friction_model_f32_t *model; ///< null: the paper's friction
+    tribo_friction_f32_params_t friction;
+    tribo_arm_f32_params_t      arm;
 } tribo_compensator_f32_params_t;
 
 typedef struct
 {
-    tribo_compensator_friction_f32_state_t friction; ///< counts the bad inputs
-    tribo_arm_f32_state_t                  arm;
+    tribo_friction_f32_state_t friction; ///< counts the bad inputs
+    tribo_arm_f32_state_t      arm;
 } tribo_compensator_f32_state_t;
 
 /// Signals of one step, for logging.
@@ -254,48 +202,6 @@ void tribo_arm_f32_reset(tribo_arm_f32_state_t *state);
 /// One sample of the arm, Eq. (2), with the drive `drive_n` = u - F + g - f, finite, held over it. Returns F at its end, within
 /// TRIBO_F32_FORCE_MAX_N. Cannot fail. `params` are those of tribo_compensator_f32_params_t.
 float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float drive_n);
-
-/// Checks `arm` and `config` and computes `params` for a sample time of 1e-6 to 0.1 s. Returns TRIBO_OK, TRIBO_ERR_NULL,
-/// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_STIFFNESS, TRIBO_ERR_DAMPING, TRIBO_ERR_INERTIA, TRIBO_ERR_ARM_TOO_FAST,
-/// TRIBO_ERR_BRISTLE_STIFFNESS, TRIBO_ERR_BRISTLE_DAMPING or TRIBO_ERR_BRISTLE_VISCOUS: the ranges of all three first, then
-/// c, beta and b. Writes nothing unless TRIBO_OK. Not for the tick.
-tribo_status_t tribo_lugre_f32_init(tribo_lugre_f32_params_t       *params,
-                                    const tribo_lugre_f32_config_t *config,
-                                    const tribo_arm_f32_config_t   *arm,
-                                    float                           sample_time_s);
-
-/// At rest, bristles relaxed, counter 0.
-void tribo_lugre_f32_reset(tribo_lugre_f32_state_t *state);
-
-/// Friction in N at manipulated input `u_n` and end-point force `force_n`, both in N, to be held over the tick. `friction`
-/// supplies L(F), by law or table, and gravity. Cannot fail: with a bad input (NaN, or beyond TRIBO_F32_FORCE_MAX_N) n stays
-/// unchanged, a bad force counts as 0 in L(F), and the step is counted. `signals` is written whole and must not be null: L is
-/// for the sign of f, v and the relays are 0.
-float tribo_lugre_f32_step(const tribo_lugre_f32_params_t    *params,
-                           const tribo_friction_f32_params_t *friction,
-                           tribo_lugre_f32_state_t           *state,
-                           float                              u_n,
-                           float                              force_n,
-                           tribo_friction_f32_signals_t      *signals);
-
-/// Replaces the paper's friction by LuGre; `lugre` was made for the arm of `compensator` and must outlive it. A reset of such a
-/// compensator also needs tribo_lugre_f32_reset; a loop calls it.
-void tribo_lugre_f32_attach(tribo_compensator_f32_params_t *compensator, tribo_lugre_f32_params_t *lugre);
-
-/// LuGre as the friction model of a compensator, for params made on a host.
-#define TRIBO_LUGRE_F32_MODEL {tribo_lugre_f32_model_step, tribo_lugre_f32_model_enter}
-
-float tribo_lugre_f32_model_step(const tribo_friction_model_f32_t       *model,
-                                 const tribo_friction_f32_params_t      *friction,
-                                 tribo_compensator_friction_f32_state_t *state,
-                                 float                                   n_n,
-                                 float                                   force_n,
-                                 tribo_friction_f32_signals_t           *signals);
-float tribo_lugre_f32_model_enter(const tribo_friction_model_f32_t       *model,
-                                  const tribo_friction_f32_params_t      *friction,
-                                  tribo_compensator_friction_f32_state_t *state,
-                                  float                                   n_n,
-                                  float                                   force_n);
 
 /// Checks `config` and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL, a status of tribo_friction_f32_init, or of the
 /// arm: TRIBO_ERR_STIFFNESS, TRIBO_ERR_DAMPING, TRIBO_ERR_INERTIA or TRIBO_ERR_ARM_TOO_FAST. Writes nothing unless TRIBO_OK.

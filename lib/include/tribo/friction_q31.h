@@ -94,61 +94,17 @@ typedef struct
     uint32_t saturated;    ///< F or G clamped since reset; stops at UINT32_MAX
 } tribo_arm_q31_state_t;
 
-typedef struct
-{
-    int32_t  bristle;   ///< Z, Q31
-    uint32_t saturated; ///< n or r clamped since reset; stops at UINT32_MAX
-    int32_t  drive;     ///< r, Q31
-} tribo_lugre_q31_state_t;
-
 /// State of the compensator's friction model. The second members of both are the same.
-typedef union
-{
-    tribo_friction_q31_state_t paper;
-    tribo_lugre_q31_state_t    lugre;
-} tribo_compensator_friction_q31_state_t;
-
-/// A friction model that replaces the paper's, as tribo_friction_model_f32_t.
-typedef struct tribo_friction_model_q31
-{
-    int32_t (*step)(const struct tribo_friction_model_q31  *model,
-                    const tribo_friction_q31_params_t      *friction,
-                    tribo_compensator_friction_q31_state_t *state,
-                    int32_t                                 n,
-                    int32_t                                 force,
-                    tribo_friction_q31_signals_t           *signals);
-    int32_t (*enter)(const struct tribo_friction_model_q31  *model,
-                     const tribo_friction_q31_params_t      *friction,
-                     tribo_compensator_friction_q31_state_t *state,
-                     int32_t                                 n,
-                     int32_t                                 force);
-} tribo_friction_model_q31_t;
-
-/// Constants of a step, made by tribo_lugre_q31_init. Const from then on; may be shared.
 typedef struct
 {
-    tribo_friction_model_q31_t model; ///< for a compensator with LuGre
-
-    uint32_t a, b_and_1; ///< of the divisor 1 + b + a/D*, together below 2^31
-    uint32_t one;        ///< 1 in their format, 2^10 to 2^30
-    int32_t  beta;       ///< Q20, 0 to 1000
-    uint32_t c;          ///< c 2^c_shift
-    uint32_t stuck;      ///< c/(1 + a + b), Q32
-    int32_t  gamma_g;    ///< Q28
-    uint8_t  c_shift;    ///< 11 to 50
-} tribo_lugre_q31_params_t;
-
-typedef struct
-{
-    tribo_friction_q31_params_t       friction;
-    tribo_arm_q31_params_t            arm;
-    const tribo_friction_model_q31_t *model; ///< null: the paper's friction
+    tribo_friction_q31_params_t friction;
+    tribo_arm_q31_params_t      arm;
 } tribo_compensator_q31_params_t;
 
 typedef struct
 {
-    tribo_compensator_friction_q31_state_t friction; ///< counts the bad inputs
-    tribo_arm_q31_state_t                  arm;
+    tribo_friction_q31_state_t friction; ///< counts the bad inputs
+    tribo_arm_q31_state_t      arm;
 } tribo_compensator_q31_state_t;
 
 /// Signals of one step, for logging.
@@ -182,45 +138,6 @@ void tribo_arm_q31_reset(tribo_arm_q31_state_t *state);
 
 /// One sample of the arm with the drive `drive` = u - F + g - f held over it, all Q31. Returns F at its end. Cannot fail.
 int32_t tribo_arm_q31_step(const tribo_arm_q31_params_t *params, tribo_arm_q31_state_t *state, int32_t drive);
-
-/// Makes LuGre's `params` for its arm. Returns TRIBO_OK, TRIBO_ERR_NULL or a status of tribo_lugre_f32_init;
-/// TRIBO_ERR_BRISTLE_DAMPING also where 1 + a + b (src/friction/lugre_f32.h) is 2^21 or more.
-tribo_status_t tribo_lugre_q31_init(tribo_lugre_q31_params_t       *params,
-                                    const tribo_lugre_f32_config_t *config,
-                                    const tribo_arm_f32_config_t   *arm,
-                                    float                           sample_time_s);
-
-/// At rest, bristles relaxed, counter 0.
-void tribo_lugre_q31_reset(tribo_lugre_q31_state_t *state);
-
-/// Friction at manipulated input `u` and end-point force `force`, all Q31, to be held over the tick. `friction` supplies L(F), by
-/// law or table, and gravity. Cannot fail. `signals` is written whole and must not be null: L is for the sign of f, rise and the
-/// relays are 0.
-int32_t tribo_lugre_q31_step(const tribo_lugre_q31_params_t    *params,
-                             const tribo_friction_q31_params_t *friction,
-                             tribo_lugre_q31_state_t           *state,
-                             int32_t                            u,
-                             int32_t                            force,
-                             tribo_friction_q31_signals_t      *signals);
-
-/// Replaces the paper's friction by LuGre; `lugre` was made for the arm of `compensator` and must outlive it. A reset of such a
-/// compensator also needs tribo_lugre_q31_reset; a loop calls it.
-void tribo_lugre_q31_attach(tribo_compensator_q31_params_t *compensator, tribo_lugre_q31_params_t *lugre);
-
-/// LuGre as the friction model of a compensator, for params made on a host.
-#define TRIBO_LUGRE_Q31_MODEL {tribo_lugre_q31_model_step, tribo_lugre_q31_model_enter}
-
-int32_t tribo_lugre_q31_model_step(const tribo_friction_model_q31_t       *model,
-                                   const tribo_friction_q31_params_t      *friction,
-                                   tribo_compensator_friction_q31_state_t *state,
-                                   int32_t                                 n,
-                                   int32_t                                 force,
-                                   tribo_friction_q31_signals_t           *signals);
-int32_t tribo_lugre_q31_model_enter(const tribo_friction_model_q31_t       *model,
-                                    const tribo_friction_q31_params_t      *friction,
-                                    tribo_compensator_friction_q31_state_t *state,
-                                    int32_t                                 n,
-                                    int32_t                                 force);
 
 /// Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_FULL_SCALE or a status of tribo_compensator_f32_init; TRIBO_ERR_ARM_TOO_FAST and
 /// TRIBO_ERR_DAMPING also where the quantised arm overflows or is not stable. `table` as in tribo_friction_q31_init. Writes only the

@@ -78,12 +78,6 @@ extern "C" {
     ROW(ARM, DAMPING, damping, "damping_N_s_per_deg", "N s/deg", 0, 1e12, 0.0288, PROTECTS, 0x124, "q31: enough for quantised poles inside the unit circle", "b of Eq. (2)") \
     ROW(ARM, INERTIA, inertia, "inertia_N_s2_per_deg", "N s²/deg", 1e-12, 1e12, 1.2e-4, PROTECTS, 0x122, "", "I of Eq. (2)")
 
-/// Of tribo_lugre_f32_config_t. No registers: the drive's firmware does not have it.
-#define TRIBO_LUGRE_PARAMETERS(ROW) \
-    ROW(LUGRE, BRISTLE_STIFFNESS, stiffness, "stiffness_N_per_deg", "N/deg", 1e-12, 1e12, 1e5, TUNES, 0, "stiffness gamma_d/K 1e-6 to 1e6", "σ0 of Eq. (12): of the bristles") \
-    ROW(LUGRE, BRISTLE_DAMPING, damping, "bristle_damping_N_s_per_deg", "N s/deg", 0, 1e12, 316.227766, TUNES, 0, "at most 1000 stiffness h; q31: less for stiff bristles", "σ1: of the bristles; at most 1000 σ0 h") \
-    ROW(LUGRE, BRISTLE_VISCOUS, viscous, "viscous_N_s_per_deg", "N s/deg", 0, 1e12, 0.4, TUNES, 0, "at most 1000 K h/gamma_d", "σ2: of sliding, beside the arm's own")
-
 /// Of tribo_feedforward_f32_config_t; 0 where it says "derived" is what follows from the rig (docs/feedforward.md).
 #define TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
     ROW(FEEDFORWARD, ACTUATOR_POLE, actuator_pole_rad_per_s, "actuator_pole_rad_per_s", "rad/s", 1e-3, 1e6, 200.0, TUNES, 0x200, "times sample time 1e-9 to 50; q31: with the arm's lag under 65536 sample times", "pole of the actuator, as believed") \
@@ -150,7 +144,6 @@ extern "C" {
     TRIBO_TABLE_PARAMETERS(ROW) \
     TRIBO_ARM_PARAMETERS(ROW) \
     TRIBO_FRICTION_PARAMETERS(ROW) \
-    TRIBO_LUGRE_PARAMETERS(ROW) \
     TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
     TRIBO_GUARD_PARAMETERS(ROW) \
     TRIBO_SENSORLESS_PARAMETERS(ROW)
@@ -167,7 +160,6 @@ extern "C" {
 #define TRIBO_KEY_TABLE         "compensator.friction.breakaway."
 #define TRIBO_KEY_ARM           "compensator.arm."
 #define TRIBO_KEY_FRICTION      "compensator.friction."
-#define TRIBO_KEY_LUGRE         "compensator.lugre."
 #define TRIBO_KEY_FEEDFORWARD   "compensator.feedforward."
 #define TRIBO_KEY_GUARD         "compensator.guard."
 #define TRIBO_KEY_SENSORLESS    "compensator.sensorless."
@@ -181,7 +173,6 @@ extern "C" {
 #define TRIBO_TITLE_TABLE       "friction breakaway "
 #define TRIBO_TITLE_ARM         "arm "
 #define TRIBO_TITLE_FRICTION    "friction "
-#define TRIBO_TITLE_LUGRE       "lugre "
 #define TRIBO_TITLE_FEEDFORWARD "feedforward "
 #define TRIBO_TITLE_GUARD       "guard "
 #define TRIBO_TITLE_SENSORLESS  "sensorless "
@@ -217,7 +208,6 @@ extern const tribo_parameter_t tribo_friction_parameters[TRIBO_PARAMETER_COUNT(T
 extern const tribo_parameter_t tribo_breakaway_parameters[TRIBO_PARAMETER_COUNT(TRIBO_BREAKAWAY_PARAMETERS)];
 extern const tribo_parameter_t tribo_table_parameters[TRIBO_PARAMETER_COUNT(TRIBO_TABLE_PARAMETERS)];
 extern const tribo_parameter_t tribo_arm_parameters[TRIBO_PARAMETER_COUNT(TRIBO_ARM_PARAMETERS)];
-extern const tribo_parameter_t tribo_lugre_parameters[TRIBO_PARAMETER_COUNT(TRIBO_LUGRE_PARAMETERS)];
 extern const tribo_parameter_t tribo_feedforward_parameters[TRIBO_PARAMETER_COUNT(TRIBO_FEEDFORWARD_PARAMETERS)];
 extern const tribo_parameter_t tribo_guard_parameters[TRIBO_PARAMETER_COUNT(TRIBO_GUARD_PARAMETERS)];
 extern const tribo_parameter_t tribo_sensorless_parameters[TRIBO_PARAMETER_COUNT(TRIBO_SENSORLESS_PARAMETERS)];

@@ -96,89 +96,57 @@ static bool add_block(peaks_t *sum, const peaks_t *block, uint32_t count)
 
 // --- the tail of slow poles ------------------------------------------------------------------------------------------
 
-/// high + low, 48 bits: the small signals of a slow cascade are differences of large ones.
-typedef struct
-{
-    float high, low;
-} wide_t;
-
-static wide_t wide(float x)
-{
-    return (wide_t){x, 0.0f};
-}
-
-static wide_t negative(wide_t a)
-{
-    return (wide_t){-a.high, -a.low};
-}
-
-static wide_t plus(wide_t a, wide_t b)
-{
-    const float sum  = a.high + b.high;
-    const float of_b = sum - a.high;
-    const float rest = ((a.high - (sum - of_b)) + (b.high - of_b)) + (a.low + b.low);
-    const float high = sum + rest;
-    return (wide_t){high, rest - (high - sum)};
-}
-
-static wide_t times(wide_t a, wide_t b)
-{
-    const float product = a.high * b.high;
-    const float a_upper = from_bits_f32(bits_f32(a.high) & 0xfffff000u); // 12 bits: their products are exact
-    const float b_upper = from_bits_f32(bits_f32(b.high) & 0xfffff000u);
-    const float a_lower = a.high - a_upper;
-    const float b_lower = b.high - b_upper;
-    const float lost    = ((a_upper * b_upper - product) + a_upper * b_lower + a_lower * b_upper) + a_lower * b_lower;
-    const float rest    = lost + (a.high * b.low + a.low * b.high);
-    const float high    = product + rest;
-    return (wide_t){high, rest - (high - product)};
-}
+// In double: the small signals of a slow cascade are differences of large ones. A target without double in hardware links the
+// compiler's functions for it, for set-up alone.
 
 /// A row: w1 and w2 of each section.
 typedef struct
 {
-    wide_t at[STATES_MAX];
+    double at[STATES_MAX];
 } row_t;
 
 typedef union
 {
     struct
     {
-        wide_t input, correction;
+        double input, correction;
         struct
         {
-            wide_t y, corrected, correction, w1, w2;
+            double y, corrected, correction, w1, w2;
         } section[TRIBO_BIQUAD_SECTIONS_MAX];
     } named;
-    wide_t at[sizeof(signals_t) / sizeof(float)];
-} wide_signals_t;
+    double at[sizeof(signals_t) / sizeof(float)];
+} double_signals_t;
 
 /// As tick, for states x. Returns by how much they change: their sum would round off a slow pole's distance from 1.
-static row_t change_of(wide_signals_t *now, const tribo_controller_f32_params_t *f32, const row_t *x, float e, float s)
+static row_t change_of(double_signals_t                    *now,
+                       const tribo_controller_f32_params_t *f32,
+                       const row_t                         *x,
+                       float                                e,
+                       float                                s)
 {
     const tribo_biquad_f32_section_t *const section = f32->cascade.section;
-    row_t                                   change  = {.at = {{0}}};
-    wide_t                                  v       = wide(e);
+    row_t                                   change  = {.at = {0.0}};
+    double                                  v       = (double)e;
     for (uint32_t i = 0; i < f32->cascade.count; i++)
     {
-        v                       = plus(times(wide(section[i].b0), v), x->at[2u * i]);
+        v                       = (double)section[i].b0 * v + x->at[2u * i];
         now->named.section[i].y = v;
     }
-    wide_t c              = times(plus(wide(s), negative(v)), wide(f32->anti_windup));
-    wide_t in             = plus(wide(e), c);
+    double c              = ((double)s - v) * (double)f32->anti_windup;
+    double in             = (double)e + c;
     now->named.input      = in;
     now->named.correction = c;
     for (uint32_t i = 0; i < f32->cascade.count; i++)
     {
-        c                                = times(wide(section[i].b0), c);
-        const wide_t out                 = plus(now->named.section[i].y, c);
-        const wide_t dw1                 = plus(times(wide(section[i].b1), in), times(wide(-section[i].a1), out));
-        change.at[2u * i]                = plus(dw1, x->at[2u * i + 1u]);
-        change.at[2u * i + 1u]           = plus(times(wide(section[i].b2), in), times(wide(-section[i].a2), out));
+        c                      = (double)section[i].b0 * c;
+        const double out       = now->named.section[i].y + c;
+        change.at[2u * i]      = ((double)section[i].b1 * in - (double)section[i].a1 * out) + x->at[2u * i + 1u];
+        change.at[2u * i + 1u] = (double)section[i].b2 * in - (double)section[i].a2 * out;
         now->named.section[i].corrected  = out;
         now->named.section[i].correction = c;
-        now->named.section[i].w1         = plus(x->at[2u * i], change.at[2u * i]);
-        now->named.section[i].w2         = plus(x->at[2u * i + 1u], change.at[2u * i + 1u]);
+        now->named.section[i].w1         = x->at[2u * i] + change.at[2u * i];
+        now->named.section[i].w2         = x->at[2u * i + 1u] + change.at[2u * i + 1u];
         in                               = out;
     }
     return change;
@@ -187,7 +155,7 @@ static row_t change_of(wide_signals_t *now, const tribo_controller_f32_params_t 
 /// Over a cascade's states without inputs.
 typedef struct
 {
-    wide_t   at[STATES_MAX][STATES_MAX];
+    double   at[STATES_MAX][STATES_MAX];
     uint32_t size;
 } matrix_t;
 
@@ -199,10 +167,10 @@ static matrix_t advanced(const matrix_t *X, bool transposed, const matrix_t *E)
     {
         for (uint32_t j = 0; j < E->size; j++)
         {
-            wide_t sum = transposed ? X->at[j][i] : X->at[i][j];
+            double sum = transposed ? X->at[j][i] : X->at[i][j];
             for (uint32_t k = 0; k < E->size; k++)
             {
-                sum = plus(sum, times(transposed ? X->at[k][i] : X->at[i][k], E->at[k][j]));
+                sum += (transposed ? X->at[k][i] : X->at[i][k]) * E->at[k][j];
             }
             result.at[i][j] = sum;
         }
@@ -216,7 +184,7 @@ static void add(matrix_t *to, const matrix_t *X)
     {
         for (uint32_t j = 0; j < X->size; j++)
         {
-            to->at[i][j] = plus(to->at[i][j], X->at[i][j]);
+            to->at[i][j] += X->at[i][j];
         }
     }
 }
@@ -233,21 +201,20 @@ static float root(float x)
 }
 
 /// Bound on the sum of |signal k| over `ticks`. `of` are the signals for a 1 in each state, `energy` is the sum of x^T x.
-static float bound(const wide_signals_t of[STATES_MAX], uint32_t k, const matrix_t *energy, float ticks)
+static float bound(const double_signals_t of[STATES_MAX], uint32_t k, const matrix_t *energy, float ticks)
 {
-    wide_t squares = wide(0.0f);
+    double squares = 0.0;
     float  terms   = 0.0f;
     for (uint32_t i = 0; i < energy->size; i++)
     {
-        for (uint32_t j = 0; j < energy->size && of[i].at[k].high != 0.0f; j++)
+        for (uint32_t j = 0; j < energy->size && of[i].at[k] != 0.0; j++)
         {
-            const wide_t term = times(of[i].at[k], times(of[j].at[k], energy->at[i][j]));
-
-            squares = plus(squares, term);
-            terms += magnitude(term.high);
+            const double term = of[i].at[k] * (of[j].at[k] * energy->at[i][j]);
+            squares += term;
+            terms += magnitude((float)term);
         }
     }
-    return root(ticks * (larger(squares.high, 0.0f) + ROUNDING * terms));
+    return root(ticks * (larger((float)squares, 0.0f) + ROUNDING * terms));
 }
 
 /// x behind the ticks that are summed. Not theirs: the rounding of states in float hides a slow mode.
@@ -256,10 +223,10 @@ static row_t find_tail(const tribo_controller_f32_params_t *f32,
                        const matrix_t                      *E,
                        const tribo_controller_f32_config_t *config)
 {
-    const row_t    rest = {.at = {{0.0f, 0.0f}}};
-    wide_signals_t unseen;
-    row_t          x      = change_of(&unseen, f32, &rest, of_s ? 0.0f : 1.0f, of_s ? 1.0f : 0.0f);
-    matrix_t       change = *E;
+    const row_t      rest = {.at = {0.0}};
+    double_signals_t unseen;
+    row_t            x      = change_of(&unseen, f32, &rest, of_s ? 0.0f : 1.0f, of_s ? 1.0f : 0.0f);
+    matrix_t         change = *E;
     for (uint32_t ticks = 1; ticks < BLOCKS * BLOCK_TICKS; ticks *= 2u)
     {
         row_t moved = x;
@@ -267,7 +234,7 @@ static row_t find_tail(const tribo_controller_f32_params_t *f32,
         {
             for (uint32_t j = 0; j < E->size; j++)
             {
-                moved.at[j] = plus(moved.at[j], times(x.at[i], change.at[i][j]));
+                moved.at[j] += x.at[i] * change.at[i][j];
             }
         }
         x = moved;
@@ -284,15 +251,15 @@ static bool add_tail(peaks_t                             *sum,
                      bool                                 of_s,
                      const tribo_controller_f32_config_t *config)
 {
-    const uint32_t size           = 2u * f32->cascade.count;
-    matrix_t       E              = {.size = size}; // of x[k + 1] = x[k] (1 + E)
-    matrix_t       energy         = {.size = size}; // the sum of x^T x
-    matrix_t       next           = {.size = size}; // that of the next ticks
-    wide_signals_t of[STATES_MAX] = {{.at = {{0.0f, 0.0f}}}};
+    const uint32_t   size           = 2u * f32->cascade.count;
+    matrix_t         E              = {.size = size}; // of x[k + 1] = x[k] (1 + E)
+    matrix_t         energy         = {.size = size}; // the sum of x^T x
+    matrix_t         next           = {.size = size}; // that of the next ticks
+    double_signals_t of[STATES_MAX] = {{.at = {0.0}}};
     for (uint32_t i = 0; i < size; i++)
     {
-        row_t unit      = {.at = {{0.0f, 0.0f}}};
-        unit.at[i]      = wide(1.0f);
+        row_t unit      = {.at = {0.0}};
+        unit.at[i]      = 1.0;
         const row_t row = change_of(&of[i], f32, &unit, 0.0f, 0.0f);
         for (uint32_t j = 0; j < size; j++)
         {
@@ -304,7 +271,7 @@ static bool add_tail(peaks_t                             *sum,
     {
         for (uint32_t j = 0; j < size; j++)
         {
-            next.at[i][j] = times(x.at[i], x.at[j]);
+            next.at[i][j] = x.at[i] * x.at[j];
         }
     }
     bool  decayed = false;
@@ -331,6 +298,32 @@ static bool add_tail(peaks_t                             *sum,
     return decayed;
 }
 
+/// The sums of magnitudes over a block that begins with an `impulse` of e or of s.
+static peaks_t sum_block(const tribo_controller_f32_params_t *f32,
+                         tribo_biquad_f32_state_t            *state,
+                         bool                                 of_s,
+                         float                                impulse,
+                         const tribo_controller_f32_config_t *config)
+{
+    peaks_t sum  = {.at = {0.0f}};
+    float   left = impulse;
+    for (uint32_t k = 0; k < BLOCK_TICKS; k++)
+    {
+        peaks_t now;
+        tick(&now, f32, state, of_s ? 0.0f : left, of_s ? left : 0.0f);
+        for (uint32_t j = 0; j < signals(f32); j++)
+        {
+            sum.at[j] += magnitude(now.at[j]);
+        }
+        if (k % PIECE_TICKS == 0u)
+        {
+            controller_f32_pause(config);
+        }
+        left = 0.0f;
+    }
+    return sum;
+}
+
 /// Adds `weight` times bounds on the L1 norms of the responses to an impulse of e or of s. False if there are none.
 static bool add_response(peaks_t                             *peaks,
                          const tribo_controller_f32_params_t *f32,
@@ -341,26 +334,12 @@ static bool add_response(peaks_t                             *peaks,
     const uint32_t           count   = signals(f32);
     peaks_t                  sum     = {.at = {0.0f}};
     bool                     decayed = false;
-    peaks_t                  now;
     tribo_biquad_f32_state_t state;
     tribo_biquad_f32_reset(&state);
     for (uint32_t i = 0; i < BLOCKS && !decayed; i++)
     {
-        peaks_t block = {.at = {0.0f}};
-        for (uint32_t k = 0; k < BLOCK_TICKS; k++)
-        {
-            const float impulse = i == 0u && k == 0u ? 1.0f : 0.0f;
-            tick(&now, f32, &state, of_s ? 0.0f : impulse, of_s ? impulse : 0.0f);
-            for (uint32_t j = 0; j < count; j++)
-            {
-                block.at[j] += magnitude(now.at[j]);
-            }
-            if (k % PIECE_TICKS == 0u)
-            {
-                controller_f32_pause(config);
-            }
-        }
-        decayed = add_block(&sum, &block, count);
+        const peaks_t block = sum_block(f32, &state, of_s, i == 0u ? 1.0f : 0.0f, config);
+        decayed             = add_block(&sum, &block, count);
     }
     const bool bounded = decayed || add_tail(&sum, f32, of_s, config);
     for (uint32_t j = 0; j < count; j++)

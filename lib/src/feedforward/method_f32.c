@@ -244,13 +244,12 @@ static float method_error(const tribo_force_loop_f32_params_t *loop, void *memor
         state_f32_forget(params, state);
         return good ? r_n - y_n : 0.0f;
     }
-    state->f_n  = signals->f_n;
-    state->tick = (tribo_force_loop_f32_tick_t){.e_n        = signals->e_n,
-                                                .y_n        = y,
-                                                .term_n     = state->tick.term_n,
-                                                .friction_n = signals->f_n,
-                                                .has_e      = true,
-                                                .has_y      = true};
+    state->f_n             = signals->f_n;
+    state->tick.e_n        = signals->e_n;
+    state->tick.y_n        = y;
+    state->tick.friction_n = signals->f_n;
+    state->tick.has_e      = true;
+    state->tick.has_y      = true;
     return signals->e_n;
 }
 

@@ -238,13 +238,12 @@ static int32_t method_error(const tribo_force_loop_q31_params_t *loop,
     signals->partial = bank_q31_partial(state);
     hold_q31_follow(params, &state->hold, bad_y ? state->hold.error : e);
     feed(params, state, stands, flips && alone(state, sign, step), signals);
-    state->f    = signals->f;
-    state->tick = (tribo_force_loop_q31_tick_t){.e        = bank_q31_outside(signals->e),
-                                                .y        = bank_q31_outside(y),
-                                                .term     = state->tick.term,
-                                                .friction = bank_q31_outside(signals->f),
-                                                .has_e    = true,
-                                                .has_y    = true};
+    state->f             = signals->f;
+    state->tick.e        = bank_q31_outside(signals->e);
+    state->tick.y        = bank_q31_outside(y);
+    state->tick.friction = bank_q31_outside(signals->f);
+    state->tick.has_e    = true;
+    state->tick.has_y    = true;
     return state->tick.e;
 }
 

@@ -79,6 +79,16 @@ static inline float friction_f32_curve(float n, friction_f32_argument_t x)
     return n - n * (numerator / denominator);
 }
 
+/// Net force n = u - F + g.
+static inline float friction_f32_net_force(const tribo_friction_f32_params_t *params,
+                                           const tribo_friction_f32_state_t  *state,
+                                           float                              u_n,
+                                           float                              force_n)
+{
+    (void)state; // counts in Q31
+    return u_n - force_n + params->gravity_n;
+}
+
 /// f for the net force `n` and the end-point force `force_n`; the relays and n[k-1] advance by one sample.
 static inline float friction_f32_step(const tribo_friction_f32_params_t *params,
                                       tribo_friction_f32_state_t        *state,

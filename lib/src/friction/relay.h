@@ -89,16 +89,19 @@ static inline uint32_t relay_events(uint32_t negative,
                                     uint32_t back)
 {
     // set2 = n > -c1 L- is true for every n >= 0, and for n < 0 while |n| is inside; set1 is its mirror image.
-    const uint32_t set = (TRIBO_RELAY_SET2 - negative) | inside * (TRIBO_RELAY_SET1 | TRIBO_RELAY_SET2);
+    const uint32_t own = negative != 0u ? TRIBO_RELAY_SET1 : TRIBO_RELAY_SET2;
+    const uint32_t set = inside != 0u ? TRIBO_RELAY_SET1 | TRIBO_RELAY_SET2 : own;
     // Reset looks at n[k-1], so that one large step from above L2 to below it still counts as a crossing (Fig. 5).
-    const uint32_t reset = (deep & back) * (TRIBO_RELAY_SET2 - was_negative) * TRIBO_RELAY_RESET1;
+    const uint32_t from  = was_negative != 0u ? TRIBO_RELAY_RESET1 : TRIBO_RELAY_RESET2;
+    const uint32_t reset = (deep & back) != 0u ? from : 0u;
     return set | reset;
 }
 
 /// Eq. (8): Q = v > 0 and ((n > 0 and Q2) or (n < 0 and Q1)), 0 or 1. `rises` is v > 0; it implies n != 0.
 static inline uint32_t relay_q(uint32_t relays, uint32_t negative, uint32_t rises)
 {
-    return (relays << negative) / TRIBO_RELAY_Q2 & rises;
+    const uint32_t armed = relays & (negative != 0u ? TRIBO_RELAY_Q1 : TRIBO_RELAY_Q2);
+    return armed != 0u && rises != 0u ? 1u : 0u;
 }
 
 /// The state changed by a step of the relays, to undo that step. The delay line is not part of it: with `head` restored the

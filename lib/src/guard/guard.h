@@ -1,15 +1,61 @@
-// A guard's verdict at a reversal of friction, for both arithmetics; see guard_f32.h.
-
-#ifndef TRIBO_GUARD_GUARD_H
-#define TRIBO_GUARD_GUARD_H
-
-#include "tribo/force_loop_f32.h"
-
-#include <stdbool.h>
-#include <stdint.h>
+// Guard against over-compensation, a text for both arithmetics: fades the friction added to u when it does harm. It stands behind
+// guard_f32.h or guard_q31.h, which have its words.
+//
+// Its inputs are r, y and the friction f that any compensation adds to u. A play (Krasnosel'skii & Pokrovskii, "Systems with
+// Hysteresis", ch. 2) separates reversals of f from noise: a position that f drags along once it is `half` away,
+//
+//     position = min(f + half, max(f - half, position))
+//
+// so that its sign changes once f has returned by 2 half. Between two reversals the guard accumulates
+//
+//     W = sum of f (dy - 2 dr)     work of f on the force, less twice the work that the reference requires
+//     the largest error e = r - y of each sign
+//
+// and judges at the reversal:
+//
+//     hunting      the last reversal was less than quick_time_s ago, and W is over turn_n stray_n: f drives y against r.
+//                  16 in succession.
+//     overshoot    the largest error of the wrong sign (y beyond r in the direction of f) exceeds that of the right sign by
+//                  stray_n: F broke away too early and too far. 4 in succession.
+//
+// An undercompensated arm breaks away late, with an error of the right sign. Its friction reverses with r, at most a few times
+// more. Over the closed-loop tables of docs/compensation.md no more than 8 reversals and 2 overshoots follow one another with
+// the feed-forward; a hunting loop has 10 to 30 reversals a second.
+//
+// The cause is latched, and the fade of friction goes from 1 to 0 within fade_time_s; a restore undoes it as slowly.
+// One product a tick, no loops. Not synchronized: one state, one tick.
 
 #define GUARD_TURNS  16u
 #define GUARD_STRAYS 4u
+
+typedef NAME(guard, params_t) guard_params_t;
+typedef NAME(guard, state_t) guard_state_t;
+typedef NAME(play, state_t) play_state_t;
+
+/// A play at `position`, not yet moved: sign 0. A corrupt position counts as the nearest end of the range.
+static inline void guard_play_reset(play_state_t *state, force_t position)
+{
+    state->OF(position) = within_of(position, -PLAY_MAX, PLAY_MAX);
+    state->sign         = 0;
+}
+
+/// One sample of the input `x`, which drags the position along from `half` away.
+static inline void guard_play_step(play_state_t *state, force_t x, force_t half)
+{
+    const force_t before = state->OF(position);
+    const force_t lower  = x - half;
+    const force_t upper  = x + half;
+    if (before < lower)
+    {
+        state->OF(position) = lower;
+        state->sign         = 1;
+    }
+    else if (before > upper)
+    {
+        state->OF(position) = upper;
+        state->sign         = -1;
+    }
+}
 
 /// The number in succession, including this one.
 static inline uint8_t guard_count(uint8_t before, bool one_more, uint8_t most)
@@ -31,4 +77,63 @@ static inline tribo_guard_cause_t guard_judge(tribo_guard_cause_t latched, uint8
     return strays >= GUARD_STRAYS ? TRIBO_GUARD_OVERSHOOT : TRIBO_GUARD_NONE;
 }
 
-#endif
+/// Restarts the sums between two reversals.
+static inline void guard_begin(guard_state_t *state)
+{
+    state->since    = 0;
+    state->work     = 0;
+    state->OF(high) = 0;
+    state->OF(low)  = 0;
+}
+
+/// f has reversed after moving with `sign`, -1 or 1; 0 before its first move.
+static inline void guard_turn(const guard_params_t *params, guard_state_t *state, int32_t sign)
+{
+    if (sign != 0)
+    {
+        // high is 0 or more, low 0 or less: the largest error of the wrong sign less that of the right one.
+        const wide_t high  = state->OF(high);
+        const wide_t wrong = (wide_t)-sign * (high + state->OF(low));
+        const bool   hunts = state->since < params->quick_ticks && state->work > params->work;
+        state->turns       = guard_count(state->turns, hunts, GUARD_TURNS);
+        state->strays      = guard_count(state->strays, wrong > params->OF(stray), GUARD_STRAYS);
+        state->cause       = guard_judge(state->cause, state->turns, state->strays);
+    }
+    guard_begin(state);
+}
+
+/// A tick of good inputs: reference, reading and the friction in u.
+static inline void guard_watch(const guard_params_t *params,
+                               guard_state_t        *state,
+                               force_t               r_in,
+                               force_t               y_in,
+                               force_t               f_in)
+{
+    const force_t r = guard_signal(r_in);
+    const force_t y = guard_signal(y_in);
+    const force_t f = guard_friction(f_in);
+    const force_t e = r - y;
+    if (state->running == 0u || guard_is_corrupt(state))
+    {
+        state->running = 1;
+        state->OF(r)   = r;
+        state->OF(y)   = y;
+        guard_play_reset(&state->play, f);
+    }
+    if (state->since < params->quick_ticks) // later W is not asked for
+    {
+        state->work = guard_work(state, r, y, f);
+        state->since++;
+    }
+    state->OF(high) = e > state->OF(high) ? e : state->OF(high);
+    state->OF(low)  = e < state->OF(low) ? e : state->OF(low);
+    state->OF(r)    = r;
+    state->OF(y)    = y;
+
+    const int32_t before = state->play.sign;
+    guard_play_step(&state->play, f, params->OF(half));
+    if (state->play.sign != before)
+    {
+        guard_turn(params, state, before);
+    }
+}

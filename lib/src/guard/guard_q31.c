@@ -5,7 +5,7 @@
 
 #include "../number/fixed_q31.h"
 #include "../number/ranges.h"
-#include "guard_f32.h"
+#include "prepare.h"
 
 #include <stddef.h>
 
@@ -46,41 +46,4 @@ tribo_status_t tribo_guard_q31_init(tribo_guard_q31_params_t       *params,
     return TRIBO_OK;
 }
 
-void tribo_guard_q31_reset(tribo_guard_q31_state_t *state)
-{
-    *state = (tribo_guard_q31_state_t){.fade = UINT32_MAX};
-}
-
-void tribo_guard_q31_restore(tribo_guard_q31_state_t *state)
-{
-    state->cause   = TRIBO_GUARD_NONE;
-    state->turns   = 0;
-    state->strays  = 0;
-    state->running = 0;
-    guard_q31_begin(state);
-}
-
-void tribo_guard_q31_attach(tribo_force_loop_q31_state_t *loop, tribo_guard_q31_state_t *guard)
-{
-    loop->guard      = guard;
-    loop->guard_seal = ~(uintptr_t)guard;
-    loop->fade       = guard != NULL ? guard->fade : UINT32_MAX;
-}
-
-uint32_t tribo_guard_q31_step(const tribo_guard_q31_params_t *params,
-                              tribo_guard_q31_state_t        *state,
-                              int32_t                         r,
-                              int32_t                         y,
-                              int32_t                         f,
-                              bool                            good)
-{
-    if (params->on == 0u)
-    {
-        tribo_guard_q31_restore(state);
-    }
-    else if (good && !guard_q31_is_end(r) && !guard_q31_is_end(y))
-    {
-        guard_q31_watch(params, state, r, y, f);
-    }
-    return guard_q31_fade(params, state);
-}
+#include "step.h"

@@ -1,64 +1,91 @@
-// Shared by the tick and a change of params.
+// The loop's words in single precision, beside number/words_f32.h; loop.h, step.h and hand_over.h are its texts.
 
 #ifndef TRIBO_LOOP_LOOP_F32_H
 #define TRIBO_LOOP_LOOP_F32_H
 
 #include "tribo/force_loop_f32.h"
 
-#include "../number/ieee_f32.h"
+#include "../controller/anti_windup_f32.h"
+#include "../friction/compensator_f32.h"
+#include "../number/words_f32.h"
 
 #include <stddef.h>
 
-/// Each pointer in the state has a seal, its complement: one with a flipped bit is not used, and counted where it is found.
-static inline bool loop_sealed(const void *pointer, uintptr_t seal)
+#include "loop.h"
+
+typedef tribo_controller_f32_params_t loop_controller_t;
+typedef tribo_biquad_f32_outputs_t    loop_nodes_t;
+
+static inline void loop_reset_counters(loop_state_t *state)
 {
-    return seal == ~(uintptr_t)pointer;
+    state->bad_inputs = 0;
 }
 
-static inline void force_loop_f32_activate(tribo_force_loop_f32_state_t        *state,
-                                           const tribo_force_loop_f32_params_t *params)
+/// The counter of errors and terms that do not fit: none here.
+static inline uint32_t *loop_saturated(loop_state_t *state)
 {
-    state->active      = params;
-    state->active_seal = ~(uintptr_t)params;
+    (void)state;
+    return NULL;
 }
 
-/// The memory of the method; null where none is attached.
-static inline void *force_loop_f32_memory(const tribo_force_loop_f32_state_t *state)
+static inline force_t loop_error(loop_state_t *state, force_t r, force_t y)
 {
-    return loop_sealed(state->memory, state->memory_seal) ? state->memory : NULL;
+    (void)state;
+    return r - y;
 }
 
-/// The guard's factor on friction, 0 to 1.
-static inline float force_loop_f32_fade(const tribo_force_loop_f32_params_t *params,
-                                        const tribo_force_loop_f32_state_t  *state)
+/// The paper's friction term of u, gain f^.
+static inline force_t loop_term(const loop_params_t *params, force_t f, const uint32_t *saturated)
 {
-    return params->guard != NULL ? state->fade : 1.0f;
+    (void)saturated;
+    return params->gain * f;
 }
 
-static inline bool force_loop_f32_bad(const tribo_force_loop_f32_params_t *params, float r_n, float y_n)
+/// The change of that term from friction `was` to `will`.
+static inline wide_t loop_jump(const loop_params_t *params, force_t was, force_t will, fade_t fade)
 {
-    return exceeds(r_n, params->input_max_n) || exceeds(y_n, params->input_max_n);
+    return params->gain * (will - was) * fade;
 }
 
-/// f^ of the last tick, faded by a guard.
-static inline float force_loop_f32_faded(const tribo_force_loop_f32_params_t *params,
-                                         const tribo_force_loop_f32_state_t  *state)
+/// v, of the cascade's last node.
+static inline force_t loop_v(const loop_controller_t *controller, force_t last)
 {
-    return state->friction_n * force_loop_f32_fade(params, state);
+    (void)controller;
+    return last;
 }
 
-/// Before the controller's step in the first tick with `params`: takes over from the old params without a jump of u. state.active
-/// is not yet `params`: tribo_force_loop_f32_change_friction completes the change.
-void tribo_force_loop_f32_change(const tribo_force_loop_f32_params_t *params,
-                                 tribo_force_loop_f32_state_t        *state,
-                                 float                                r_n,
-                                 float                                y_n,
-                                 float                                e_n);
+/// u, of the cascade's last node and the term; the controller's states advance.
+static inline force_t loop_apply(const loop_controller_t        *controller,
+                                 tribo_controller_f32_state_t   *state,
+                                 force_t                         e,
+                                 force_t                         last,
+                                 force_t                         term,
+                                 const loop_nodes_t             *nodes,
+                                 tribo_controller_f32_signals_t *signals)
+{
+    return controller_f32_apply(controller, state, e, last, term, nodes, signals);
+}
 
-/// Before the compensator's step: makes the controller subtract the jump of u that new friction would cause in the next tick.
-void tribo_force_loop_f32_change_friction(const tribo_force_loop_f32_params_t *params,
-                                          tribo_force_loop_f32_state_t        *state,
-                                          float                                e_n,
-                                          float                                u_n);
+/// The controller's output for `e`; no state advances.
+static inline force_t loop_output(const loop_controller_t *controller, tribo_controller_f32_state_t *state, force_t e)
+{
+    loop_nodes_t nodes;
+    return biquad_f32_output(&controller->cascade, &state->cascade, e, &nodes);
+}
+
+/// Converts the controller's state to the params `to`, for the error `e`, and adds `offset` to its output.
+static inline void loop_convert(const loop_params_t *from,
+                                const loop_params_t *to,
+                                loop_state_t        *state,
+                                force_t              e,
+                                wide_t               offset)
+{
+    tribo_controller_f32_change(&from->controller, &to->controller, &state->controller, e, offset);
+}
+
+static inline void loop_rest(tribo_compensator_f32_signals_t *signals)
+{
+    *signals = (tribo_compensator_f32_signals_t){.force_n = 0.0f};
+}
 
 #endif

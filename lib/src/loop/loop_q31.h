@@ -1,79 +1,103 @@
-// Shared by the tick and a change of params.
+// The loop's words in fixed point, beside number/words_q31.h; loop.h, step.h and hand_over.h are its texts.
 
 #ifndef TRIBO_LOOP_LOOP_Q31_H
 #define TRIBO_LOOP_LOOP_Q31_H
 
 #include "tribo/force_loop_q31.h"
 
-#include "../number/first_order_q31.h"
-#include "loop_f32.h"
+#include "../controller/anti_windup_q31.h"
+#include "../friction/compensator_q31.h"
+#include "../number/words_q31.h"
 
 #include <stddef.h>
 
-#define FORCE_LOOP_Q31_GAIN_FRACTION 29
+#include "loop.h"
 
-static inline void force_loop_q31_activate(tribo_force_loop_q31_state_t        *state,
-                                           const tribo_force_loop_q31_params_t *params)
+#define LOOP_Q31_GAIN_FRACTION 29
+
+typedef tribo_controller_q31_params_t loop_controller_t;
+typedef tribo_biquad_q31_outputs_t    loop_nodes_t;
+
+static inline void loop_reset_counters(loop_state_t *state)
 {
-    state->active      = params;
-    state->active_seal = ~(uintptr_t)params;
+    state->bad_inputs = 0;
+    state->saturated  = 0;
 }
 
-/// The memory of the method; null where none is attached.
-static inline void *force_loop_q31_memory(const tribo_force_loop_q31_state_t *state)
+/// The counter of errors and terms that do not fit.
+static inline uint32_t *loop_saturated(loop_state_t *state)
 {
-    return loop_sealed(state->memory, state->memory_seal) ? state->memory : NULL;
+    return &state->saturated;
 }
 
-/// The guard's factor on friction, Q32.
-static inline uint32_t force_loop_q31_fade(const tribo_force_loop_q31_params_t *params,
-                                           const tribo_force_loop_q31_state_t  *state)
+static inline force_t loop_error(loop_state_t *state, force_t r, force_t y)
 {
-    return params->guard != NULL ? state->fade : UINT32_MAX;
+    return tribo_q31_subtract(r, y, &state->saturated);
 }
 
-/// True if |x| > max >= 0. x + max is within 0 to 2 max otherwise, and 2 max fits an unsigned number.
-static inline bool force_loop_q31_exceeds(int32_t x, int32_t max)
+/// The paper's friction term of u, gain f^: Q29 x Q31, rounded down to Q31.
+static inline force_t loop_term(const loop_params_t *params, force_t f, uint32_t *saturated)
 {
-    return (uint32_t)x + (uint32_t)max > 2u * (uint32_t)max;
+    return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), LOOP_Q31_GAIN_FRACTION, saturated);
 }
 
-static inline bool force_loop_q31_bad(const tribo_force_loop_q31_params_t *params, int32_t r, int32_t y)
+/// The change of that term from friction `was` to `will`.
+static inline wide_t loop_jump(const loop_params_t *params, force_t was, force_t will, fade_t fade)
 {
-    return force_loop_q31_exceeds(r, params->input_max) || force_loop_q31_exceeds(y, params->input_max);
+    uint32_t     not_counted = 0;
+    const wide_t after       = loop_term(params, faded_by(will, fade), &not_counted);
+    return after - loop_term(params, faded_by(was, fade), &not_counted);
 }
 
-/// The paper's friction term of u, gain f^[k-1]: Q29 x Q31, rounded down to Q31.
-static inline int32_t force_loop_q31_term(const tribo_force_loop_q31_params_t *params, int32_t f, uint32_t *saturated)
+/// v, of the cascade's last node.
+static inline force_t loop_v(const loop_controller_t *controller, force_t last)
 {
-    return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), FORCE_LOOP_Q31_GAIN_FRACTION, saturated);
+    uint32_t not_counted = 0;
+    return tribo_q31_widen(last, controller->cascade.output_scale, &not_counted);
 }
 
-/// A friction times a guard's factor, Q32.
-static inline int32_t faded_q31(int32_t f, uint32_t fade)
+/// u, of the cascade's last node and the term; the controller's states advance. The nodes hold the error.
+static inline force_t loop_apply(const loop_controller_t        *controller,
+                                 tribo_controller_q31_state_t   *state,
+                                 force_t                         e,
+                                 force_t                         last,
+                                 force_t                         term,
+                                 const loop_nodes_t             *nodes,
+                                 tribo_controller_q31_signals_t *signals)
 {
-    return fade != UINT32_MAX ? part_of_q31(f, fade) : f;
+    (void)e;
+    return controller_q31_apply(controller, state, last, term, nodes, signals);
 }
 
-/// f^ of the last tick, faded by a guard.
-static inline int32_t force_loop_q31_faded(const tribo_force_loop_q31_params_t *params,
-                                           const tribo_force_loop_q31_state_t  *state)
+/// The controller's output for `e`, within 32 bits; no state advances.
+static inline force_t loop_output(const loop_controller_t *controller, tribo_controller_q31_state_t *state, force_t e)
 {
-    return faded_q31(state->friction, force_loop_q31_fade(params, state));
+    loop_nodes_t   nodes;
+    const uint32_t carry = state->cascade.carry;
+    const force_t  last  = biquad_q31_output(&controller->cascade, &state->cascade, e, &nodes);
+    state->cascade.carry = carry;
+    return loop_v(controller, last);
 }
 
-/// Before the controller's step in the first tick with `params`: takes over from the old params without a jump of u. state.active
-/// is not yet `params`: tribo_force_loop_q31_change_friction completes the change.
-void tribo_force_loop_q31_change(const tribo_force_loop_q31_params_t *params,
-                                 tribo_force_loop_q31_state_t        *state,
-                                 int32_t                              r,
-                                 int32_t                              y,
-                                 int32_t                              e);
+/// Converts the controller's state to the params `to`, for the error `e`, and adds `offset` to its output.
+static inline void loop_convert(const loop_params_t *from,
+                                const loop_params_t *to,
+                                loop_state_t        *state,
+                                force_t              e,
+                                wide_t               offset)
+{
+    tribo_controller_q31_change(&from->controller, &to->controller, &state->controller, e, narrow(offset));
+}
 
-/// Before the compensator's step: makes the controller subtract the jump of u that new friction would cause in the next tick.
-void tribo_force_loop_q31_change_friction(const tribo_force_loop_q31_params_t *params,
-                                          tribo_force_loop_q31_state_t        *state,
-                                          int32_t                              e,
-                                          int32_t                              u);
+/// Member by member: a struct would be cleared by a call.
+static inline void loop_rest(tribo_compensator_q31_signals_t *signals)
+{
+    signals->force           = 0;
+    signals->friction.n      = 0;
+    signals->friction.L      = 0;
+    signals->friction.rise   = 0;
+    signals->friction.f      = 0;
+    signals->friction.relays = 0;
+}
 
 #endif

@@ -13,6 +13,12 @@ static inline int32_t limit_q31(int32_t x, int32_t min, int32_t max)
     return below > min ? below : min;
 }
 
+/// True if |x| > max >= 0. x + max is within 0 to 2 max otherwise, and 2 max fits an unsigned number.
+static inline bool exceeds_q31(int32_t x, int32_t max)
+{
+    return (uint32_t)x + (uint32_t)max > 2u * (uint32_t)max;
+}
+
 // Sums that fit 32 bits unless a state is corrupt. They then wrap, which is defined, and the limits and filters after them
 // recover.
 

@@ -90,7 +90,7 @@ static tribo_status_t start(model_t      *model,
     model->u_a                      = p[SCALE] * u;
     model->y                        = start_n;
     model->state.arm.force_n        = (float)start_n;
-    model->state.friction.paper.n_n = (float)(model->u_a - start_n + p[GRAVITY]);
+    model->state.friction.n_n = (float)(model->u_a - start_n + p[GRAVITY]);
     return status;
 }
 

@@ -1,0 +1,54 @@
+// The words in which a text is written that stands once for both arithmetics: compensator.h, guard.h, loop.h and others. These are
+// single precision's; words_q31.h has the same of fixed point. A source includes the words of its arithmetic, then the text.
+
+#ifndef TRIBO_NUMBER_WORDS_F32_H
+#define TRIBO_NUMBER_WORDS_F32_H
+
+#include "ieee_f32.h"
+
+#define NAME(noun, name) tribo_##noun##_f32_##name
+#define PART(noun, name) noun##_f32_##name ///< of a part with a private header
+#define OF(member)       member##_n        ///< a member of a struct that holds a force
+
+typedef float force_t; ///< N
+typedef float wide_t;  ///< a sum of forces, or a product
+typedef float fade_t;  ///< a guard's factor on friction, 0 to 1
+
+#define ALL 1.0f ///< of friction
+
+static inline force_t plus(force_t a, force_t b)
+{
+    return a + b;
+}
+
+static inline force_t minus(force_t a, force_t b)
+{
+    return a - b;
+}
+
+static inline force_t narrow(wide_t x)
+{
+    return x;
+}
+
+static inline bool beyond(force_t x, force_t most)
+{
+    return exceeds(x, most);
+}
+
+static inline force_t within_of(force_t x, force_t low, force_t high)
+{
+    return limit_f32(x, low, high);
+}
+
+static inline force_t faded_by(force_t f, fade_t fade)
+{
+    return f * fade;
+}
+
+static inline void count_one(uint32_t *counter)
+{
+    count(counter);
+}
+
+#endif

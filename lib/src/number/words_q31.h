@@ -1,0 +1,58 @@
+// The words of words_f32.h in fixed point. Sums saturate.
+
+#ifndef TRIBO_NUMBER_WORDS_Q31_H
+#define TRIBO_NUMBER_WORDS_Q31_H
+
+#include "tribo/q31.h"
+
+#include "first_order_q31.h"
+
+#define NAME(noun, name) tribo_##noun##_q31_##name
+#define PART(noun, name) noun##_q31_##name
+#define OF(member)       member
+
+typedef int32_t  force_t; ///< Q31
+typedef int64_t  wide_t;
+typedef uint32_t fade_t; ///< Q32
+
+#define ALL UINT32_MAX
+
+static inline force_t plus(force_t a, force_t b)
+{
+    uint32_t not_counted = 0;
+    return tribo_q31_add(a, b, &not_counted);
+}
+
+static inline force_t minus(force_t a, force_t b)
+{
+    uint32_t not_counted = 0;
+    return tribo_q31_subtract(a, b, &not_counted);
+}
+
+static inline force_t narrow(wide_t x)
+{
+    uint32_t not_counted = 0;
+    return tribo_q31_saturate(x, &not_counted);
+}
+
+static inline bool beyond(force_t x, force_t most)
+{
+    return exceeds_q31(x, most);
+}
+
+static inline force_t within_of(force_t x, force_t low, force_t high)
+{
+    return limit_q31(x, low, high);
+}
+
+static inline force_t faded_by(force_t f, fade_t fade)
+{
+    return fade != UINT32_MAX ? part_of_q31(f, fade) : f;
+}
+
+static inline void count_one(uint32_t *counter)
+{
+    tribo_q31_count(counter);
+}
+
+#endif
