@@ -28,7 +28,7 @@ static faults_swings_t swings_of(float range, float least, float ms, const drive
 {
     const float ticks = ms * 1000.0f / (float)config->period_us;
     const float gain  = ticks / range * TRIBO_EITHER(1.0f, 4294967296.0f);
-    const float most  = TRIBO_EITHER(1e6f, 4e9f);
+    const float most  = TRIBO_EITHER(1e30f, 4e9f);
     return (faults_swings_t){.least = (scaling_rise_t)(least * range),
                              .gain  = (scaling_rise_t)(gain < most ? gain : most)};
 }

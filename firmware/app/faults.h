@@ -164,9 +164,13 @@ static inline bool faults_command_limit(const faults_bounds_t *bounds, faults_lo
     return faults_last(&state->command_limit, limited, FAULTS_RISE_LOOP, bounds->command_limit_level);
 }
 
+#define FAULTS_CHARGE_MOST 1000000
+
+/// Ticks of a swing, limited where the range of u is tiny.
 static inline int32_t faults_charge(const faults_swings_t *swings, scaling_rise_t size)
 {
-    return (int32_t)TRIBO_EITHER(size * swings->gain, (uint64_t)size * swings->gain >> 32);
+    const scaling_rise_t charge = TRIBO_EITHER(size * swings->gain, (uint32_t)((uint64_t)size * swings->gain >> 32));
+    return charge < (scaling_rise_t)FAULTS_CHARGE_MOST ? (int32_t)charge : FAULTS_CHARGE_MOST;
 }
 
 /// The size of a swing once the signal has turned, by more than `least`; else 0.
@@ -203,7 +207,7 @@ static inline bool faults_swing(const faults_bounds_t *bounds,
         level += faults_charge(swings, size);
     }
     turns->level = level < -bounds->asked_most ? -bounds->asked_most : level;
-    return bounds->swing_ticks > 0 && level > bounds->swing_ticks;
+    return level > bounds->swing_ticks;
 }
 
 /// Ticks of swings that r has asked for by moving as far as a loop follows it.
@@ -230,8 +234,12 @@ static inline bool faults_swinging(const faults_bounds_t *bounds,
                                    loop_force_t           u)
 {
     const int32_t asked = faults_asked(bounds, state, r);
-    const bool    of_u  = faults_swing(bounds, &bounds->swings_of_u, &state->u, u, FAULTS_KICKS * asked);
-    const bool    of_y  = faults_swing(bounds, &bounds->swings_of_y, &state->y, y, asked);
+    if (bounds->swing_ticks == 0)
+    {
+        return false;
+    }
+    const bool of_u = faults_swing(bounds, &bounds->swings_of_u, &state->u, u, FAULTS_KICKS * asked);
+    const bool of_y = faults_swing(bounds, &bounds->swings_of_y, &state->y, y, asked);
     return of_u || of_y;
 }
 

@@ -525,6 +525,53 @@ static void test_what_r_asks_for_is_no_swing(void)
     TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(1.2, 37, false));
 }
 
+/// Ticks of swings of one of them, every 20 ticks, until they are a fault; 5000: never.
+static unsigned swings_of_one(double u_n, double y_n)
+{
+    faults_bounds_t bounds;
+    faults_loop_t   state = {0};
+    faults_init(&bounds, &config, params);
+    for (unsigned i = 0; i < 5000u; i++)
+    {
+        const double sign = i / 20u % 2u == 0u ? 1.0 : -1.0;
+        if (faults_swinging(&bounds, &state, 0, board_force(sign * y_n), board_force(sign * u_n)))
+        {
+            return i;
+        }
+    }
+    return 5000u;
+}
+
+static void test_swings_of_u_and_of_y_are_each_a_fault(void)
+{
+    TEST_ASSERT_LESS_THAN_UINT(1000u, swings_of_one(1.0, 0.0));
+    TEST_ASSERT_LESS_THAN_UINT(1000u, swings_of_one(0.0, 0.3));
+    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.3, 0.1));
+}
+
+/// What r asked for is forgotten in 4 s: a loop that swings later is found as fast as ever.
+static void test_moves_of_long_ago_allow_no_swing(void)
+{
+    config.residual_n = config.tracking_n = 0.0f;
+    config.command_limit_ms               = 0;
+    power_up();
+    start();
+    square_n = 0.0;
+    for (unsigned i = 0; i < 7000u; i++)
+    {
+        reference_n = i < 2000u && i / 100u % 2u == 0u ? 0.9 : 0.0;
+        tick_with(square, true);
+        check_running();
+    }
+    unsigned passed = 0;
+    for (; passed < 1500u && drive.state == DRIVE_RUN; passed++)
+    {
+        square_n = passed / 60u % 2u == 0u ? 0.25 : -0.25;
+        tick_with(square, true);
+    }
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_SWING, drive.fault);
+}
+
 /// Of the function itself: x goes to and fro over `size` of the range, `times` a second.
 static double seconds_of(bool of_u, double size, double times, uint32_t period_us, double range_n)
 {
@@ -552,11 +599,11 @@ static double seconds_of(bool of_u, double size, double times, uint32_t period_u
 static void check_swings(bool of_u, double size, double times)
 {
     static const uint32_t periods[] = {100, 250, 1000, 2000};
-    static const double   ranges[]  = {0.02, 0.5, 4.0};
+    static const double   ranges[]  = {1e-3, 0.02, 0.5, 4.0};
     const double          filled    = 2.0 * size * times * (of_u ? 0.4 : 1.0) - 1.0;
     for (unsigned p = 0; p < 4u; p++)
     {
-        for (unsigned i = 0; i < 3u; i++)
+        for (unsigned i = 0; i < 4u; i++)
         {
             const double took = seconds_of(of_u, size, times, periods[p], ranges[i]);
             if (filled <= 0.0)
@@ -580,6 +627,7 @@ static void test_swings_fill_their_level_by_size_at_any_rate_and_range(void)
     check_swings(true, 1.0, 3.0);
     check_swings(true, 0.25, 15.0);
     check_swings(true, 0.25, 4.0);
+    TEST_ASSERT_TRUE(seconds_of(false, 3e6, 1.0, 1000, 1e-6) < 2.0); // y beyond all that u can: the charge is limited
     TEST_ASSERT_TRUE(seconds_of(false, 0.06, 40.0, 1000, 4.0) > 6.0);
     TEST_ASSERT_TRUE(seconds_of(false, 0.066, 40.0, 1000, 4.0) < 1.0);
     TEST_ASSERT_TRUE(seconds_of(true, 0.18, 40.0, 1000, 4.0) > 6.0);
@@ -615,6 +663,38 @@ static void test_an_arm_that_is_too_fast_stops_in_both_directions_and_where_its_
         check_speed(-10, begins[i], false);
         config.speed_max_units_per_s = 0.0f;
         check_speed(10000, begins[i], false);
+    }
+}
+
+static void test_a_restart_is_no_way_around_the_speed(void)
+{
+    has_position                 = true;
+    config.speed_ms              = 20;
+    config.speed_max_units_per_s = 1e4f; // 10 a tick
+    power_up();
+    start();
+    unsigned passed = 0;
+    for (; passed < 200u && drive.state != DRIVE_FAULT; passed++)
+    {
+        board.measured.position += 11;
+        if (passed % 8u == 0u)
+        {
+            drive_stop(&drive);
+        }
+        if (passed % 8u == 1u)
+        {
+            drive_start(&drive);
+        }
+        tick();
+    }
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_SPEED, drive.fault);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT(40u, passed);
+    power_up(); // at rest a hand may move it as fast as it likes
+    for (unsigned i = 0; i < 100u; i++)
+    {
+        board.measured.position += 1000;
+        tick();
+        TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
     }
 }
 
@@ -1012,6 +1092,56 @@ static void test_a_power_stage_that_does_not_become_ready_stops(void)
     TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
 }
 
+/// Not ready, and started anew every third tick: ticks until the fault, of 1000.
+static unsigned never_ready_ticks(unsigned rest)
+{
+    config.ready_ms = READY_MS;
+    power_up();
+    board.inputs = PORT_INPUT_NOT_READY;
+    for (unsigned i = 0; i < 1000u; i++)
+    {
+        if (i % (rest + 3u) == 0u)
+        {
+            drive_start(&drive);
+        }
+        if (i % (rest + 3u) == 3u)
+        {
+            drive_stop(&drive);
+        }
+        tick();
+        if (drive.state == DRIVE_FAULT)
+        {
+            TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_NOT_READY, drive.fault);
+            return i;
+        }
+    }
+    return 1000u;
+}
+
+static void test_restarts_are_no_way_around_a_power_stage_that_is_not_ready(void)
+{
+    TEST_ASSERT_LESS_THAN_UINT(10u * READY_MS, never_ready_ticks(1));
+    TEST_ASSERT_EQUAL_UINT(1000u, never_ready_ticks(997)); // each begins anew
+    config.ready_ms   = READY_MS;
+    config.residual_n = config.tracking_n = 0.0f; // this sensor's arm does not go on at rest
+    config.swing_ms                       = 0;
+    power_up();
+    for (unsigned i = 0; i < 20u * READY_MS; i++) // ready each time
+    {
+        board.inputs = i % 4u == 1u ? PORT_INPUT_NOT_READY : 0u;
+        if (i % 4u == 0u)
+        {
+            drive_start(&drive);
+        }
+        if (i % 4u == 3u)
+        {
+            drive_stop(&drive);
+        }
+        tick();
+        TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_NONE, drive.fault);
+    }
+}
+
 static void test_a_power_stage_that_is_no_longer_ready_stops_at_50_ticks(void)
 {
     config.ready_ms = READY_MS;
@@ -1123,8 +1253,11 @@ int main(void)
     RUN_TEST(test_what_a_force_comes_to_at_rest_is_expected);
     RUN_TEST(test_a_force_that_swings_to_and_fro_stops_within_a_second);
     RUN_TEST(test_what_r_asks_for_is_no_swing);
+    RUN_TEST(test_swings_of_u_and_of_y_are_each_a_fault);
+    RUN_TEST(test_moves_of_long_ago_allow_no_swing);
     RUN_TEST(test_swings_fill_their_level_by_size_at_any_rate_and_range);
     RUN_TEST(test_an_arm_that_is_too_fast_stops_in_both_directions_and_where_its_position_wraps);
+    RUN_TEST(test_a_restart_is_no_way_around_the_speed);
     RUN_TEST(test_a_jump_of_the_arm_stops_at_once);
     RUN_TEST(test_a_bound_on_speed_needs_a_position);
     RUN_TEST(test_n_bad_readings_of_m_stop);
@@ -1143,6 +1276,7 @@ int main(void)
     RUN_TEST(test_the_loop_starts_once_the_power_stage_is_ready);
     RUN_TEST(test_the_ready_input_counts_only_after_the_tick_of_the_start);
     RUN_TEST(test_a_power_stage_that_does_not_become_ready_stops);
+    RUN_TEST(test_restarts_are_no_way_around_a_power_stage_that_is_not_ready);
     RUN_TEST(test_a_power_stage_that_is_no_longer_ready_stops_at_50_ticks);
     RUN_TEST(test_without_a_settle_time_the_ready_input_is_not_read);
     RUN_TEST(test_a_start_can_be_stopped_and_faults_stop_it);
