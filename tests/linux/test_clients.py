@@ -363,6 +363,7 @@ def slow_disk(drive, monkeypatch):
         "#include <time.h>", "#include <fcntl.h>\n#include <time.h>"))
     subprocess.run(["cc", "-shared", "-fPIC", "-o", drive.folder / "slow.so", source], check=True)
     monkeypatch.setenv("LD_PRELOAD", str(drive.folder / "slow.so"))
+    monkeypatch.setenv("ASAN_OPTIONS", "verify_asan_link_order=0:" + os.environ.get("ASAN_OPTIONS", ""))  # where it is built with it
     return drive.folder
 
 
