@@ -119,6 +119,12 @@ def test_a_missing_input_holds_u_and_is_counted(full_scale_n, arith, bad, at):
     assert u[2999] == pytest.approx(0.5, abs=1e-3) and np.ptp(u[3000:]) < 1e-4
 
 
+@pytest.mark.parametrize("arith", ["f32", "q31", "both"])
+def test_a_run_whose_inputs_were_nearly_all_bad_ends_with_an_error(arith):
+    with pytest.raises(tribo.ScenarioError, match="bad input in 2000 of 2000 ticks, beyond limits.input_max_N"):
+        tribo.run("step", {"reference.low_N": 25, "reference.high_N": 25, "metrics.start_s": 0}, duration_s=2, arith=arith)
+
+
 @pytest.mark.parametrize("arith", ["f32", "q31"])
 def test_the_largest_credible_force_is_credible(arith):
     loop = tribo.Loop("triangle", arith=arith)

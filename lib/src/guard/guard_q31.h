@@ -26,11 +26,11 @@ static inline force_t guard_friction(force_t f)
     return f / 4;
 }
 
-/// What lies beyond the scale, or is no number, is put at its ends.
+/// What lies beyond the scale, or is no number, is put at its ends, which follow one another: 2^31 - 1, -2^31, -(2^31 - 1).
 static inline bool guard_is_credible(force_t r, force_t y, force_t f)
 {
     (void)f;
-    return tribo_q31_magnitude(r) < (uint32_t)TRIBO_Q31_MAX && tribo_q31_magnitude(y) < (uint32_t)TRIBO_Q31_MAX;
+    return (uint32_t)r - (uint32_t)TRIBO_Q31_MAX > 2u && (uint32_t)y - (uint32_t)TRIBO_Q31_MAX > 2u;
 }
 
 /// A corrupt play recovers.
