@@ -280,6 +280,21 @@ def test_loads_in_turn_are_told_apart_in_one_log(role, changes_s, tmp_path, caps
     assert float(out.split("slope ")[1].split()[0]) == pytest.approx(0.05, abs=0.002)
 
 
+@pytest.mark.parametrize("pairs", [1, 2, 3])
+@pytest.mark.parametrize("step_n, base_n", [(10.0, 2.0), (1.0, 2.0), (2.5, 12.0)])
+def test_nine_loads_in_turn_are_nine(pairs, step_n, base_n, tmp_path, capsys):
+    """As a gear motor lifts one weight after another: of one pair of strokes each, and of loads that are closer than half of the friction."""
+    t = np.arange(0, 2 * pairs * 9, 0.002)
+    way, load = np.where(t % 2 < 1, 1, -1), 20 + step_n * np.minimum(t // (2 * pairs), 8)
+    u = load + way * (base_n + 0.05 * load) + np.random.default_rng(1).normal(0, 0.02, len(t))
+    x = np.where(way > 0, t % 1, 1 - t % 1) * 10
+    (tmp_path / "log.csv").write_text("t_s,u_N,x_deg\n" + "".join(f"{a:.3f},{b:.5f},{c:.4f}\n" for a, b, c in zip(t, u, x)), encoding="ascii")
+    status, out, err = identify(capsys, "friction", tmp_path / "log.csv", "--out", tmp_path / "out")
+    assert status == 0, err
+    loads = [float(line.split("load ")[1].split()[0]) for line in out.splitlines() if "of strokes" in line]
+    assert loads == pytest.approx([20 + step_n * k for k in range(9)], abs=0.1)
+
+
 def test_one_pair_of_strokes_has_no_standard_error(tmp_path, capsys):
     status, out, err = identify(capsys, "friction", *[strokes(tmp_path / f"{load}.csv", load, 1) for load in (20, 40, 60, 80)])
     assert status == 0, err

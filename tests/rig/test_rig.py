@@ -284,7 +284,9 @@ SPOILT = {
     "turned": (lambda log: log * [1, 1, -1], 3, "F falls where u rises"),
     "in mN": (lambda log: log * [1, 1, 1000], 3, "units"),
     "ten times": (lambda log: log * [1, 1, 10], 3, "a newton of command makes 10 N"),
-    "other command": (lambda log: log * [1, 0.5, 1], 2, "u is not what 1-ramp.csv asks for"),
+    "other command": (lambda log: log * [1, 0.5, 1], 2, "u is not what 1-ramp.csv asks for, but 0.5 times that in all rows"),
+    "in ampere": (lambda log: log * [1, 0.05, 1], 2, "say log.scales: {u: 20} if the drive got what the file asks for"),
+    "of another experiment": (lambda log: np.c_[log[:, 0], np.where(log[:, 0] > 9, log[:, 1] / 2, log[:, 1]), log[:, 2]], 2, "u is not what 1-ramp.csv asks for, first at"),
     "short": (lambda log: log[:12_000], 2, "record all of it"),
     "in seconds": (lambda log: log * [1000, 1, 1], 2, "sample_time_s is 0.001 s"),
     "silent": (lambda log: log * [1, 1, 0], 3, "silent"),
@@ -301,6 +303,14 @@ def test_a_spoilt_log_stops_the_way_and_says_why(case, ramp, tmp_path):
     got, out = way.call(tmp_path)
     assert got == code and said in out, out
     assert (tmp_path / "2-slides.csv").exists() == (code == 0)
+
+
+def test_a_command_that_is_logged_in_ampere_is_read_as_advised(ramp, tmp_path):
+    text, log = ramp
+    (tmp_path / "rig.yaml").write_text(text + "log: {scales: {u: 20}}\n")
+    np.savetxt(tmp_path / "1-ramp-log.csv", log * [1, 0.05, 1], delimiter=",", header="t_s,u_N,F_N", comments="", fmt="%.7g")
+    code, said = way.call(tmp_path)
+    assert code == 0 and "2-slides.csv" in said, said
 
 
 def test_a_known_command_that_makes_friction_push_is_refused(ramp, tmp_path):

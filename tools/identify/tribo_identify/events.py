@@ -4,30 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tribo_design.errors import DesignError
-
-from . import native
+from . import native, rows
 from .bins import bin_size, binned, noise_of
-from .slides import spans
+from .refusal import Refusal
+from .slides import PART, later, runs_of, spans
 
 LONG = 0.3  # of the range of F: a sweep over so much stands for one load more
 STANDS = 0.05  # of the range of u
 SATURATED_ROWS = 20  # at exactly the largest or least value
 WRONG_SIGN = "wrong sign: F falls where u rises (--scale u=- or --scale F=-)"
-
-
-class Refusal(DesignError):
-    """The log cannot tell the parameters. `cause` is one of CAUSES."""
-
-    exit_code = 3
-
-    def __init__(self, cause, text):
-        assert cause in CAUSES, cause
-        super().__init__(text)
-        self.cause = cause
-
-
-CAUSES = ("silent", "units", "sign", "one direction", "few loads", "saturated", "ripple", "clock", "held", "model", "no stiction")
 
 
 @dataclass
@@ -47,10 +32,8 @@ class Event:
 
 def find(log):
     """Events of all segments, in order, and the ways of slow slides by segment."""
-    events, ways = [], []
-    for number, s in enumerate(log.segments):
-        way = native.slides(s.u, s.force, s.h)
-        ways.append(way)
+    events, ways = [], _ways(log)
+    for number, (s, way) in enumerate(zip(log.segments, ways)):
         moving = np.flatnonzero(way)
         if not len(moving):
             continue
@@ -72,6 +55,21 @@ def find(log):
                                 float(abs(s.u[start] - s.u[back]) / max((start - back) * s.h, s.h))))
             before = last - 1
     return events, ways
+
+
+def _ways(log):
+    """By row and segment: the ways of slow slides; where friction is too small for a slide to be slow beside it, those of the later parts of all slides."""
+    ways = [native.slides(s.u, s.force, s.h) for s in log.segments]
+    if {1, -1} <= {int(w) for way in ways for w in np.unique(way)}:
+        return ways
+    found, offset = later(runs_of(log), PART), 0
+    for s, way in zip(log.segments, ways):
+        size = bin_size(s.h)
+        for of, number in found[:, [4, 6]].astype(int):
+            if offset <= number < offset + len(way) // size:
+                way[(number - offset) * size : (number - offset + 1) * size] = of
+        offset += len(way) // size
+    return ways
 
 
 def _union(spans):
@@ -102,11 +100,11 @@ def _stands(x):
     return [(a, b, x[a]) for a, b in zip(begin, end) if b - a >= SATURATED_ROWS]
 
 
-def saturated(segment):
-    """Rows in which u or F stands at its largest or least value for long. A u that is held at other levels as well is held there, too; and F may rest there in
+def saturated(segment, name=None):
+    """Rows in which u or F, or the one that is named, stands at its largest or least value for long. A u that is held at other levels as well is held there, too; and F may rest there in
     stiction, but not while u goes beyond where F came there."""
     rows = np.zeros(len(segment.u), bool)
-    for x in (segment.u, segment.force):
+    for x in (segment.u, segment.force) if name is None else (getattr(segment, name),):
         still = _stands(x)
         held = x is segment.u and len({v for *_, v in still} - {x.min(), x.max()}) >= 2
         for extreme, way in ((x.max(), 1), (x.min(), -1)):
@@ -118,13 +116,8 @@ def saturated(segment):
 
 
 def held_s(log):
-    """How long u stands between changes that come regularly, 3 rows apart or more; 0 where they do not, or where all are of one size, as a resolution's."""
-    apart = np.concatenate([np.diff(np.flatnonzero(np.diff(s.u))) for s in log.segments])
-    steps = np.concatenate([np.abs(np.diff(s.u)[np.diff(s.u) != 0]) for s in log.segments])
-    rows = float(np.median(apart)) if len(apart) else 0.0
-    if rows < 3 or np.percentile(steps, 90) < 1.5 * np.percentile(steps, 10):
-        return 0.0
-    return rows * log.sample_time_s if np.mean(np.abs(apart - rows * np.round(apart / rows)) <= 1) > 0.9 else 0.0
+    """How long u stands between changes that come regularly; 0 where they do not."""
+    return float(np.median([rows.held_rows(s.u) for s in log.segments])) * log.sample_time_s
 
 
 def not_of_one_clock(log, lag_s, also=""):
@@ -132,8 +125,9 @@ def not_of_one_clock(log, lag_s, also=""):
     held = held_s(log)
     if lag_s < 0 < held:
         return Refusal("held", f"held: u changes each {held:.3g} s only, and F comes {-lag_s:.3g} s before it: log u as often as F, with the command that the drive gets")
-    early = ", before it was commanded" if lag_s < 0 else ""
-    return Refusal("clock", f"clock: F comes {lag_s:.3g} s after u{early}; " + (also or "the stamps of u and F are not of one clock"))
+    if lag_s < 0:
+        return Refusal("clock", f"clock: F comes {lag_s:.3g} s after u, before it was commanded; " + (also or "the stamps of u and F are not of one clock"))
+    return Refusal("clock", f"clock: F comes {lag_s:.3g} s after u; " + (also or "it is filtered for so long, or the stamps of u and F are not of one clock"))
 
 
 def falls_where_u_rises(log):
@@ -143,29 +137,70 @@ def falls_where_u_rises(log):
     return np.sum(moves[:, 0] * moves[:, 1]) < -0.3 * np.sqrt(np.prod(np.sum(moves**2, axis=0)))
 
 
+INTERVALS = (1e-6, 0.1)  # s, that the library takes
+TOTAL_S = 1.0  # least length of a log
+UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
+LONGER = {"--unit t=min": 60.0, "--scale t=3600": 3600.0, "--scale t=86400": 86400.0}
+
+
+def _fits(interval, total):
+    """A sample time and a length that an experiment may have."""
+    return 1e-5 <= interval <= 0.05 and 5.0 <= total <= 2e4
+
+
+def check_clock(log):
+    """Refuses a log whose stamps are in another unit, with the one in which it would be an experiment."""
+    h, total = log.sample_time_s, log.segments[-1].t[-1] - log.segments[0].t[0]
+    if INTERVALS[0] <= h <= INTERVALS[1] and total >= TOTAL_S:
+        return
+    said = f"clock: a row each {h:.3g} s, {total:.3g} s in all"
+    now = UNITS.get(log.time_unit, 1.0)
+    if log.time_unit not in (None, "s") and _fits(h / now, total / now):
+        raise Refusal("clock", f"{said}: its stamps are not in {log.time_unit} but in s: leave --unit t={log.time_unit} out")
+    for name, times in UNITS.items():
+        if name not in ("s", "min") and _fits(h / now * times, total / now * times):
+            raise Refusal("clock", f"{said}: its stamps are in {name}: --unit t={name}")
+    for words, times in LONGER.items():
+        if log.time_unit is None and _fits(h * times, total * times):
+            raise Refusal("clock", f"{said}: its stamps are in another unit, probably {words}")
+    if total < TOTAL_S:
+        raise Refusal("clock", f"{said}: too short for an experiment, which takes a minute (tribo-identify plan)")
+    raise Refusal("clock", f"{said}: the library takes a row each {INTERVALS[0]:g} to {INTERVALS[1]:g} s; log " + ("more often" if h > INTERVALS[1] else "less often, or resample it (--resample=0.001)"))
+
+
+def check_limits(log):
+    """Refuses u or F that stands at its limit."""
+    full = {name: sum(saturated(s, name).sum() for s in log.segments) / log.rows for name in ("u", "force")}
+    if sum(full.values()) <= 0.02:
+        return
+    if falls_where_u_rises(log):  # then u goes on where F rests in stiction, and only seems to be at a limit
+        raise Refusal("sign", WRONG_SIGN)
+    name = max(full, key=full.get)
+    x = np.concatenate([getattr(s, name) for s in log.segments])
+    at = x.max() if np.mean(x == x.max()) >= np.mean(x == x.min()) else x.min()
+    what = "the drive or the log ends there" if name == "u" else "the sensor or the log ends there"
+    raise Refusal("saturated", f"saturated: {'u' if name == 'u' else 'F'} stands at {at:.4g} N in {100 * full[name]:.2g} % of the rows: {what}. Stay within it")
+
+
 def check(log):
     """Refuses what shows before any fit."""
-    if not 1e-6 <= log.sample_time_s <= 0.1:
-        raise Refusal("clock", f"clock: an interval of {log.sample_time_s:.3g} s: the library takes 1e-6 to 0.1 s; is t in another unit (--unit t=ms)?")
+    check_clock(log)
     u, force = np.concatenate([s.u for s in log.segments]), np.concatenate([s.force for s in log.segments])
     span_u, span = np.ptp(u), np.ptp(force)
     size = bin_size(log.sample_time_s)
     averaged = np.concatenate([binned(s.force, size) for s in log.segments])
-    noise = noise_of(averaged)
     if span_u == 0:
-        raise Refusal("silent", "u does not change: there is no experiment in this log")
-    if np.ptp(averaged) <= max(20 * noise, 1e-6 * span_u):
+        raise Refusal("silent", f"u does not change, it is {u[0]:.4g} N throughout: there is no experiment in this log, or u is another column")
+    if span == 0:
+        raise Refusal("silent", f"the force sensor is silent: F is {force[0]:.4g} N throughout")
+    rows.check_jumps(log)
+    if np.ptp(averaged) <= max(20 * noise_of(averaged), 1e-6 * span_u):
         raise Refusal("silent", f"the force sensor is silent: F stays within {np.ptp(averaged):.3g} N while u changes by {span_u:.3g} N (or u never leaves stiction)")
+    rows.check_sign(log)
+    rows.check_held(log)
+    check_limits(log)
     if span > 20 * span_u or span_u > 20 * span:
-        raise Refusal("units", f"units: F changes by {span:.3g} N and u by {span_u:.3g} N: one of them is not in N (--unit u=mN, --unit F=mN)")
-    total = log.segments[-1].t[-1] - log.segments[0].t[0]
-    if total < 1.0:
-        raise Refusal("clock", f"clock: the whole log lasts {total:.3g} s; is t in another unit (--unit t=ms)?")
-    full = sum(saturated(s).sum() for s in log.segments) / log.rows
-    if full > 0.02:
-        if falls_where_u_rises(log):  # then u goes on where F rests in stiction, and only seems to be at a limit
-            raise Refusal("sign", WRONG_SIGN)
-        raise Refusal("saturated", f"saturated: u or F stands at its limit in {100 * full:.2g} % of the rows; stay within the limits of drive and sensor")
+        raise Refusal("units", f"units: F changes by {span:.3g} N and u by {span_u:.3g} N: one of them is not in N (--unit u=mN, --unit F=mN, or a factor: --scale u={span / span_u:.2g} makes them alike)")
 
 
 def check_events(log, events):

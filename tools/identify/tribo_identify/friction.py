@@ -18,9 +18,10 @@ import scipy.ndimage
 import scipy.special
 import scipy.stats
 
-from . import native, slides
+from . import native, residual, rows, slides
 from .bins import bin_size, binned, noise_of
-from .events import WRONG_SIGN, Refusal, check, check_events, find, held_s, loads, not_of_one_clock, saturated
+from .events import WRONG_SIGN, check, check_events, find, held_s, loads, not_of_one_clock, saturated
+from .refusal import Refusal
 
 STEPS_MAX = 10_000_000  # of a simulation, beyond which its steps grow
 K_STARTS = (3.0, 5.0, 8.0, 14.0)  # of k_min, and L over the friction of slow slides: the fit has more than one valley
@@ -31,6 +32,8 @@ VALLEYS = 4  # that are gone down into
 NOISE = 1.5  # times the noise of the averages: no other valley is deeper
 FALL = 0.015  # of L: a larger one from break-away to sliding is named
 GAP = 0.005  # of L, in slow slides, that the median of a noisy log may be off by
+EARLY_STEPS = -1.5  # of the lags that are tried at the turns: an earlier F was not driven by u
+FOLLOWS = 0.85  # of the way of F, that goes the way of u
 DOUBT = 0.03  # of L: a residual beyond it casts doubt on L, a third of it on hysteresis
 ROWS_MAX = 2_400_000  # of all iterations together
 START_ROWS = 60_000  # of a log, that its start is chosen by
@@ -82,6 +85,7 @@ class Result:
     slide_gap: float = 0.0  # friction seen in slow slides less the model's there, over L
     line_error: float | None = None  # N, where the line through the slides gave breakaway and command
     fall: tuple = (0.0, np.inf)  # of friction from break-away to sliding, relative, and half of its interval
+    shown: list = field(default_factory=list)  # what the residual of the slides shows
     lack_of_fit: tuple = (0.0, 1.0)  # largest deviation from the line, relative; probability by chance
 
 
@@ -377,14 +381,15 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
     line = slides.line(log, assume or "symmetric") if allow_slides else _guess(log, rig, ways, assume)
     if line is None:
         raise Refusal("few loads", "few loads: F slides both ways too seldom; four loads at least, each from both sides")
-    _plausible(log, line, assume)
-    rows = slow_rows(log, ways)
-    level = float(np.mean([line.breakaway(np.median(rows[:, 1]), way) for way in (1, -1)]))
-    if not level > 0:
-        raise Refusal("sign", "friction would push the way that F goes: a sign is wrong, or u and F are not of the same time")
-    ripple = ripple_of(rows, line)
+    slow = slow_rows(log, ways)
+    load = float(np.median(slow[:, 1]))
+    level = float(np.mean([line.breakaway(load, way) for way in (1, -1)]))
+    _plausible(log, line, assume, level)
+    _stiction(line, level, load)
+    shown = residual.shows(log, assume or "symmetric", level)
+    ripple = ripple_of(slow, line)
     if ripple > level:
-        raise Refusal("ripple", f"ripple: u has to overcome {ripple:.3g} N that changes with position, more than breakaway, {level:.3g} N; average over whole turns, or take it out of u")
+        raise Refusal("ripple", "ripple: " + (shown[0] if shown else f"u has to overcome {ripple:.3g} N that changes with position, more than breakaway, {level:.3g} N; average over whole turns, or take it out of u"))
     found = not rig and line.is_sure() and line.error < DOUBT / 3 * level
     rig, expected = rig_of(max(line.lag_s, 1e-3)) if found else (rig or {}, 0.0)
     fit = Fit(log, events, rig, assume)
@@ -393,22 +398,22 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
     least = {"offset": 0.02 * level, "slope": 0.0}
     theta = [max(line.values[n], least.get(n.split("_")[0], -np.inf)) for n in names]
     few = _short(fit, log, events, rig, assume)
-    theta, residual, said = _whole(fit, *_best(few, names, theta, line))
+    theta, left, said = _whole(fit, *_best(few, names, theta, line))
     names = [*names, *fit.rest]
     remarks = list(log.remarks) + said
     if held := held_s(log):
         remarks.append(f"u changes each {held:.3g} s only: if the drive's command changes in between, log it as often as F")
-    by_slides = _by_slides(fit, line, residual)
+    by_slides = _by_slides(fit, line, left)
     if by_slides:
-        names, theta, residual = _rest(fit, line, names, theta)
+        names, theta, left = _rest(fit, line, names, theta)
     delay = float(fit.params(names, theta)[0]["delay"])
     early = delay < -3 * log.sample_time_s - 0.003
     if early and not rig and not by_slides and PAPER_LAG_S + delay > 0:  # lags that nobody gave are shorter
         return identify(log, rig_of(PAPER_LAG_S + delay)[0], assume, allow_slides)
-    _explained(fit, residual, level)
+    _explained(fit, left, level, shown)
     if not found and not by_slides and (early or delay > 0.1):
-        raise not_of_one_clock(log, delay, "either the stamps of u and F are not of one clock, or the rig's lags are others than were taken (--actuator --sensor --lag)")
-    return _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, line, by_slides)
+        raise _not_followed(log, line, delay, fit.rms(left), shown)
+    return _finish(fit, names, theta, left, events, remarks, ripple, level, ways, line, by_slides, shown)
 
 
 def calibrated(law):
@@ -425,17 +430,81 @@ def _guess(log, rig, ways, assume):
     return slides.Line(calibrated(law) if assume == "calibrated" else law, 0.0, np.inf, 0, np.zeros((0, 4)), np.zeros(0, int))
 
 
-def _plausible(log, line, assume):
-    """Refuses what the slides show: a sign, a unit, stamps that are not of one clock."""
+def _early(log):
+    """The least lag that u and F of one clock may seem to have."""
+    return -3 * log.sample_time_s - 0.003
+
+
+def _is_late(log, lag):
+    """May F be so late at the turns?"""
+    return EARLY_STEPS * rows.turn_step_s(log) <= lag <= LAG_MAX_S
+
+
+def _plausible(log, line, assume, level):
+    """Refuses what rows and slides show together: columns that are exchanged, a sign, stamps that are not of one clock, a unit."""
     scale, least = line.values.get("scale", 1.0), 0.2 if assume else 0.5
+    late = line.is_sure() and not _early(log) <= line.lag_s <= LAG_MAX_S
+    if level > 0 and least <= scale <= 1 / least and not late:
+        return
+    lag, share = rows.lag_at_turns(log)
+    if (level <= 0 or share < FOLLOWS) and _is_exchanged(log):
+        raise Refusal("exchanged", "exchanged: u and F: F turns before u, which stands at each turn as F does because of friction. Name their columns the other way round (--column u=... --column F=...)")
+    if share < FOLLOWS:
+        if scale < 0 or rows.lag_at_turns(rows.turned(log))[1] >= FOLLOWS:
+            raise Refusal("sign", WRONG_SIGN)
+        raise Refusal("clock", f"clock: F does not follow u: at most {100 * share:.2g} % of the way of F goes the way of u, however late it is taken. Their stamps are not of one clock, or one of them is another column")
+    if not _is_late(log, lag):
+        raise not_of_one_clock(log, lag)
+    if shown := residual.shows(log, assume or "symmetric", abs(level)):
+        raise Refusal("model", f"model: {shown[0]}")
     if scale < 0:
         raise Refusal("sign", WRONG_SIGN)
     if not least <= scale <= 1 / least:
-        raise Refusal("units", f"units: F moves by {scale:.3g} N for a newton of u: one of them is not in N, as a sensor's volts are not; give its scale (--scale F=..., --scale u=...)"
+        raise Refusal("units", f"units: F moves by {scale:.3g} N for a newton of u: one of them is not in N, as a sensor's volts and a drive's ampere are not; give its scale (--scale u={scale:.4g}, or --scale F=...)"
                       + ("" if assume else f"; if they are, say so: --assume symmetric takes up to a factor of {1 / 0.2:g}"))
-    early = -3 * log.sample_time_s - 0.003
-    if line.is_sure() and not early <= line.lag_s <= LAG_MAX_S:
+    if late:
         raise not_of_one_clock(log, line.lag_s)
+
+
+def _is_exchanged(log):
+    """Would u for F, and F for u, be a log of friction?"""
+    other = rows.exchanged(log)
+    line = slides.line(other, "symmetric")
+    if line is None or not 0.2 <= line.values["scale"] <= 5:
+        return False
+    lag, share = rows.lag_at_turns(other)
+    load = float(np.median(np.abs(np.concatenate([s.force for s in other.segments]))))
+    return share >= FOLLOWS and _is_late(other, lag) and line.breakaway(load, 1) > 0
+
+
+def _stiction(line, level, load):
+    """Refuses friction that is not there: an answer of its own."""
+    if not line.is_sure():
+        if not level > 0:
+            raise Refusal("sign", "friction would push the way that F goes: a sign is wrong, or u and F are not of the same time")
+        return
+    low, high = np.percentile(_middle(list(line.values), line.draws, load), [2.5, 97.5])
+    if level <= max((high - low) / 2, 2 * line.error):
+        raise Refusal("no stiction", f"no stiction found: F follows u both ways with a lag of {1e3 * line.lag_s:.2g} ms, and friction is {level:.2g} +- {(high - low) / 2:.2g} N. There is nothing that compensation could take out")
+
+
+def _middle(names, draws, load):
+    """The draws' changes of L at a load, the mean of both directions."""
+    row = np.zeros(len(names))
+    for i, n in enumerate(names):
+        row[i] = {"offset": 1, "slope": load, "offset_positive": 0.5, "slope_positive": 0.5 * load, "offset_negative": 0.5, "slope_negative": 0.5 * load}.get(n, 0)
+    return draws @ row
+
+
+def _not_followed(log, line, delay, rms, shown):
+    """The refusal of a log that the model follows only with a delay that nothing has."""
+    lag, _ = rows.lag_at_turns(log)
+    if lag is not None and _is_late(log, lag):
+        if shown:
+            return Refusal("ripple" if "pattern" in shown[0] else "model", f"model: {shown[0]}")
+        return Refusal("model", f"model: inside stiction the friction is not the model's, which leaves {rms:.3g} N rms of F: it builds up, or falls, about the turns. The {line.slides} slides beyond them, which do "
+                                f"without the model, are too few: {slides.SURE} at least (tribo-identify plan makes 24, --repeats more)")
+    return not_of_one_clock(log, delay, "the stamps of u and F are not of one clock, or the rig's lags are others than were taken (--actuator --sensor --lag)")
 
 
 def _by_slides(fit, line, residual):
@@ -598,7 +667,7 @@ def _rate_effect(events, level):
     return float(np.polyfit(np.log10(rate), error, 1)[0] / level)
 
 
-def _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, guess, by_slides):
+def _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, guess, by_slides, shown):
     line = guess if by_slides else None
     lack, at = _table(fit, names, theta, residual, events, level) if line is None else ((0.0, 1.0), None)
     if at is not None and lack[0] > 0.1 and lack[1] < 0.01:
@@ -622,6 +691,7 @@ def _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, g
     result.slide_gap = _slide_gap(fit, result, ways)
     result.line_error = None if line is None else line.error
     result.fall = slides.fall(fit.log, guess) if guess.is_sure() else (0.0, np.inf)
+    result.shown = shown
     _judge(fit, result, level)
     return result
 
@@ -653,15 +723,12 @@ def _to_table(fit, names, theta, at):
 
 
 def _relative_half(fit, names, theta, changes, both):
-    middle = (both[0][0] + both[-1][1]) / 2
-    row = np.zeros(len(names))
-    for i, n in enumerate(names):
-        row[i] = {"offset": 1, "slope": middle, "offset_positive": 0.5, "slope_positive": 0.5 * middle, "offset_negative": 0.5, "slope_negative": 0.5 * middle}.get(n, 0)
+    middle = abs(both[0][0] + both[-1][1]) / 2  # as far as L knows of it
     if fit.table_at is not None:
-        at = int(np.argmin(np.abs(np.array(fit.table_at) - middle)))
-        row[names.index(f"table_{at}")] = 1
-    L = float(row @ theta)
-    spread = changes @ row
+        at = names.index(f"table_{int(np.argmin(np.abs(np.array(fit.table_at) - middle)))}")
+        L, spread = theta[at], changes[:, at]
+    else:
+        L, spread = float(_middle(names, np.array(theta, float), middle)), _middle(names, changes, middle)
     return float((np.percentile(spread, 97.5) - np.percentile(spread, 2.5)) / 2 / max(L, 1e-12))
 
 
@@ -699,10 +766,10 @@ def _slide_gap(fit, result, ways):
     return float(np.mean(medians)) if medians else 0.0
 
 
-def _explained(fit, residual, level):
+def _explained(fit, residual, level, shown):
     rms = fit.rms(residual)
     if rms > 0.25 * level:
-        raise Refusal("model", f"the model does not explain the log: F is off by {rms:.3g} N rms, where breakaway is {level:.3g} N; no answer is better than this one")
+        raise Refusal("model", f"model: {shown[0]}" if shown else f"the model does not explain the log: F is off by {rms:.3g} N rms, where breakaway is {level:.3g} N; no answer is better than this one")
 
 
 def by_direction(result, force):
@@ -731,7 +798,14 @@ def _readings(result):
 
 
 def _doubts(result, level):
-    """What casts doubt on all of it."""
+    """What casts doubt on all of it. What the residual of the slides shows is the reason of whatever else would be said."""
+    found = list(_misfits(result, level))
+    yield from result.shown if result.shown and (found or result.line_error is not None) else found
+    if result.assume is None:
+        yield from _readings(result)
+
+
+def _misfits(result, level):
     if result.line_error is None:
         if result.residual_rms > DOUBT * level:
             yield f"F is off by {result.residual_rms:.3g} N rms, {100 * result.residual_rms / level:.2g} % of breakaway: the friction differs from the model's"
@@ -742,14 +816,12 @@ def _doubts(result, level):
         if result.ripple > 0.3 * level and result.residual_rms > DOUBT / 3 * level:  # a model that follows F leaves no room for one
             yield f"a ripple of {result.ripple:.3g} N with position, {100 * result.ripple / level:.2g} % of breakaway: average over whole turns"
     elif result.line_error > DOUBT / 3 * level:
-        yield f"slides differ from a line by {result.line_error:.3g} N, {100 * result.line_error / level:.2g} % of breakaway: F may not go far enough beyond its turns; wider levels would tell"
+        yield f"slides differ from a line by {result.line_error:.3g} N, {100 * result.line_error / level:.2g} % of breakaway: their friction is not offset + slope |F|"
     share, half = result.fall
     if share > FALL + half:
         L = breakaway(result.params, result.table, np.mean([result.loads[0][0], result.loads[-1][1]]))[0]
         yield (f"friction falls once it slides: breakaway is {100 * share:.2g} +- {100 * half:.1g} % above sliding, {(1 + share) * L:.3g} N for {L:.3g} N in the middle of the loads; "
                "the parameters are those of sliding")
-    if result.assume is None:
-        yield from _readings(result)
 
 
 def _judge(fit, result, level):

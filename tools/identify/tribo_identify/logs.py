@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import native
+from . import native, rows
 
 OPTIONS = ("column", "unit", "scale", "bias")
 COLUMNS = {"t_s": "t", "u_N": "u", "F_N": "force", "x_deg": "position", "w_deg_per_s": "speed", "r_N": "reference"}
@@ -30,6 +30,7 @@ class Log:
     segments: list
     sample_time_s: float
     remarks: list = field(default_factory=list)
+    time_unit: str | None = None  # that was given for its stamps
 
     @property
     def rows(self):
@@ -60,8 +61,10 @@ def read(paths, words=()):
                 names = file.readline().strip().split(",")
             table = np.loadtxt(clean, delimiter=",", skiprows=1, ndmin=2)
         for number in np.unique(table[:, -1]):
-            rows = table[table[:, -1] == number]
-            columns = {COLUMNS[n]: np.ascontiguousarray(rows[:, i]) for i, n in enumerate(names[:-1])}
+            mine = table[table[:, -1] == number]
+            columns = {COLUMNS[n]: np.ascontiguousarray(mine[:, i]) for i, n in enumerate(names[:-1])}
             t = columns["t"]
             segments.append(Segment(file=Path(path).name, h=float((t[-1] - t[0]) / (len(t) - 1)), u=columns.pop("u", np.zeros(len(t))), **columns))
-    return Log(segments, float(np.median([s.h for s in segments])), remarks)
+    segments, said = rows.mended(segments)
+    unit = next((value.removeprefix("t=") for word, value in zip(words, words[1:]) if word == "--unit" and value.startswith("t=")), None)
+    return Log(segments, float(np.median([s.h for s in segments])), remarks + said, unit)

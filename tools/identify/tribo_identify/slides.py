@@ -23,6 +23,7 @@ PART = 0.5  # of a slide's way: it counts from there on
 PARTS = (0.3, 0.7)  # that the answer may depend on
 END = 0.98
 SHORT = 0.08  # of the range of F: shorter slides do not count
+SHORTER = 0.015  # likewise, whatever the others are
 SLOW = 0.3  # of a slide's median rate: rows that turn
 ENOUGH = 8  # slides for an interval
 SURE = 12  # and to be taken in place of the model
@@ -66,6 +67,12 @@ def turns(y, room):
     return runs + ([(way, first, high if way > 0 else low)] if way else [])
 
 
+def shortest(lengths, room, span):
+    """The length that a slide has at least: a part of the range; where most slides are shorter, as at many levels, half of what they are."""
+    some = lengths[lengths > max(SHORTER * span, 3 * room)]
+    return min(SHORT * span, 0.5 * float(np.median(some))) if len(some) >= SURE else SHORT * span
+
+
 def runs_of(log):
     """Each segment's averages u, du/dt, F, dF/dt and the runs of F that are long enough."""
     span = max(np.ptp(s.force) for s in log.segments)
@@ -73,9 +80,11 @@ def runs_of(log):
     for s in log.segments:
         size = bin_size(s.h)
         u, y = binned(s.u, size), binned(s.force, size)
-        runs = turns(y, 10 * noise_of(y) + 2e-3 * span) if len(y) > 3 else []
+        room = 10 * noise_of(y) + 2e-3 * span
+        runs = turns(y, room) if len(y) > 3 else []
+        lengths = np.array([abs(y[last] - y[first]) for _, first, last in runs])
         slope = [np.gradient(x, size * s.h) if len(x) > 1 else np.zeros(len(x)) for x in (u, y)]
-        found.append((u, slope[0], y, slope[1], [r for r in runs if abs(y[r[2]] - y[r[1]]) > SHORT * span]))
+        found.append((u, slope[0], y, slope[1], [run for run, length in zip(runs, lengths) if length > shortest(lengths, room, span)]))
     return found
 
 
@@ -201,6 +210,14 @@ def line(log, assume):
         late = late_friction(values, build_up(found, found_line.law(), found_line.lag_s, found_line.breakaway))
         draws += source.choice([-1.0, 1.0], size=(DRAWS, 1)) * [late.get(name, 0.0) for name in values]
     return found_line
+
+
+def residual(log, assume):
+    """Rows of the later parts of the slides as `later` has them, and what the law leaves of F in each."""
+    rows = later(runs_of(log), PART)
+    x, *_ = solve(rows, assume)
+    a, target = system(rows, assume)
+    return rows, target - a @ x
 
 
 def fall(log, line):

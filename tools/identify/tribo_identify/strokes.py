@@ -11,11 +11,13 @@ import numpy as np
 import scipy.stats
 
 from .bins import binned
-from .events import Refusal
+from .refusal import Refusal
 
 CUT = 0.15  # of the travel, left out at both ends
 SHORT = 0.5  # of the longest stroke: shorter ones are left out
 SMOOTH_S = 0.1
+CLOSE = 0.1  # of friction: loads that are less apart are one
+SCATTERS = 6.0
 DRAWS = 999
 
 
@@ -77,21 +79,47 @@ def strokes_of(segment):
 
 
 def plateaus(strokes):
-    """The strokes of each load. In a log of several those that one changes in, which have no other of their load, are left out."""
+    """The strokes of each load, each both ways. A new load begins where strokes of the same way differ by more than half of the friction, or by far more than the strokes of
+    one load do. Those in which the load changes, which have no other of their load, are left out."""
     means = [mean for *_, mean in strokes]
     changes = [abs(a - b) / 2 for a, b, one, other in zip(means, means[1:], strokes, strokes[1:]) if one[3] != other[3]]
-    apart = 0.5 * float(np.median(changes)) if changes else np.inf
+    friction = float(np.median(changes)) if changes else np.inf
+    apart = min(0.5 * friction, max(CLOSE * friction, SCATTERS * _scatter(strokes)))
     found = []
     for stroke in strokes:
         alike = [mean for *_, way, mean in found[-1] if way == stroke[3]] if found else []
         if not found or (alike and abs(stroke[4] - np.mean(alike)) > apart):
             found.append([])
         found[-1].append(stroke)
-    return found if len(found) == 1 else [load for load in found if min(sum(way == w for *_, way, _ in load) for w in (1, -1)) >= 2]
+    return found if len(found) == 1 else [load for load in found if len({way for *_, way, _ in load}) == 2]
+
+
+def _scatter(strokes):
+    """Standard deviation of strokes of the same way and load: from the half of the neighbours that differ least, as the others may have another load; or, where no load has
+    two, from how friction bends from pair to pair, as a load moves both ways alike."""
+    up, down = ([mean for *_, w, mean in strokes if w == way] for way in (1, -1))
+    if min(len(up), len(down)) < 4:
+        return np.inf
+    apart = np.sort(np.abs(np.r_[np.diff(up), np.diff(down)]))
+    pairs = min(len(up), len(down))
+    bends = np.diff((np.array(up[:pairs]) - np.array(down[:pairs])) / 2, 2)
+    return float(min(np.median(apart[: len(apart) // 2]) / (0.45 * np.sqrt(2)), np.median(np.abs(bends)) / (0.6745 * np.sqrt(3))))
+
+
+def _steady(strokes, segments):
+    """Without those in which the load changes: their halves differ unlike those of the others."""
+    halves = np.array([float(np.diff([np.mean(part) for part in np.array_split(segments[number].u[first:last], 2)])[0]) for number, first, last, *_ in strokes])
+    ways = np.array([way for *_, way, _ in strokes])
+    means = np.array([mean for *_, mean in strokes])
+    if len({*ways}) < 2:
+        return strokes
+    friction = abs(float(np.median(means[ways > 0]) - np.median(means[ways < 0]))) / 2
+    usual = {way: np.median(halves[ways == way]) for way in (1, -1)}
+    return [stroke for stroke, half in zip(strokes, halves) if abs(half - usual[stroke[3]]) <= 0.5 * friction]
 
 
 def levels_of(file, segments):
-    strokes = [(number, first, last, way, float(np.mean(s.u[first:last]))) for number, s in enumerate(segments) for first, last, way in strokes_of(s)]
+    strokes = _steady([(number, first, last, way, float(np.mean(s.u[first:last]))) for number, s in enumerate(segments) for first, last, way in strokes_of(s)], segments)
     if len({way for *_, way, _ in strokes}) < 2:
         raise Refusal("one direction", f"{file}: one direction only: friction is half the difference of both")
     loads = plateaus(strokes)

@@ -19,6 +19,7 @@ RAMP_S = 5.0  # for the largest part, one way
 REST_S = 1.0
 STEP_PART = 0.2  # of the range: two steps in a row and all of their overshoot stay within it
 STEPS = 3  # of two up and two down
+FAR = 0.02  # of its range: u has begun
 APPROACH_S = 1.0  # until F slides, before they begin
 
 
@@ -87,27 +88,37 @@ def slides(rig, first):
     return made
 
 
+def _times(u, made):
+    """By what factor u is what was to be played, if it is one."""
+    times = float(u @ made / (made @ made))
+    return times if abs(times) > 1e-9 and np.percentile(np.abs(u - times * made), 95) <= 0.05 * abs(times) * np.ptp(made) else None
+
+
 def aligned(log, made, path):
     """The log as one piece from where the experiment begins to where it ends. A log of something else is refused."""
     if len(log.segments) != 1:
-        raise InputError(f"{path}: has {len(log.segments)} pieces; one record without gaps is needed (log.resample mends small ones)")
+        stands = [remark for remark in log.remarks if "F stands for" in remark]
+        raise InputError(f"{path}: " + (f"{stands[0].split(':')[0]}: play {made.name}.csv again" if stands else f"has {len(log.segments)} pieces; one record without gaps is needed (log.resample mends small ones)"))
     s = log.segments[0]
     if s.force is None:
         raise InputError(f"{path}: there is no force: name its column in rig.yaml (log.columns.F)")
     h = made.time[1] - made.time[0]
     if abs(s.h / h - 1) > 0.01:
         raise InputError(f"{path}: a row every {s.h:.6g} s, but sample_time_s is {h:g} s; record at the tick of the loop, or correct log.units.t")
-    far = 0.02 * np.ptp(made.u)
-    begins = np.flatnonzero(np.abs(s.u - s.u[0]) > far)
-    if not len(begins):
+    if not np.ptp(s.u) > 1e-9 * np.ptp(made.u):
         raise InputError(f"{path}: u does not move: it must be the command as played (log.columns.u)")
-    shift = int(begins[0]) - int(np.flatnonzero(np.abs(made.u - made.u[0]) > far)[0])
+    # Where either begins, whatever the unit.
+    shift = int(np.flatnonzero(np.abs(s.u - s.u[0]) > FAR * np.ptp(s.u))[0]) - int(np.flatnonzero(np.abs(made.u - made.u[0]) > FAR * np.ptp(made.u))[0])
     rows = np.arange(len(made.u)) + shift
     inside = (rows >= 0) & (rows < len(s.u))
     if inside.sum() < 0.9 * len(rows):
         raise InputError(f"{path}: lasts {len(s.u) * h:.4g} s; {made.name}.csv lasts {len(rows) * h:.4g} s: record all of it")
     off = np.abs(s.u[rows[inside]] - made.u[inside])
     if np.percentile(off, 95) > 0.05 * np.ptp(made.u):
+        times = _times(s.u[rows[inside]], made.u[inside])
+        if times is not None:
+            raise InputError(f"{path}: u is not what {made.name}.csv asks for, but {times:.4g} times that in all rows: it is logged in another unit, as ampere are, or command_per_N is not what was played. "
+                             f"Log the command as {made.name}.csv has it, or say log.scales: {{u: {1 / times:.6g}}} if the drive got what the file asks for")
         at = made.time[inside][int(np.argmax(off > 0.05 * np.ptp(made.u)))]
         raise InputError(f"{path}: u is not what {made.name}.csv asks for, first at {at:.4g} s: another experiment, another column (log.columns.u), or command_per_N differs")
     return part(log, shift * h, shift * h + made.time[-1])

@@ -40,7 +40,7 @@ class Log(Strict):
 
     columns: dict[Literal["t", "u", "F"], str] = {}
     units: dict[Literal["t", "F"], str] = {}
-    scales: dict[Literal["t", "F"], Number] = {}
+    scales: dict[Literal["t", "u", "F"], Number] = {}
     resample: bool = False
 
 
@@ -95,7 +95,7 @@ class Rig(Strict):
         """Of tribo-sim log."""
         words = [w for role, name in self.log.columns.items() for w in ("--column", f"{role}={name}")]
         words += [w for role, unit in self.log.units.items() for w in ("--unit", f"{role}={unit}")]
-        words += [w for role, scale in {**self.log.scales, "u": 1 / self.command_per_N}.items() for w in ("--scale", f"{role}={scale:.12g}")]
+        words += [w for role, scale in {**self.log.scales, "u": self.log.scales.get("u", 1.0) / self.command_per_N}.items() for w in ("--scale", f"{role}={scale:.12g}")]
         return words + (["--resample"] if self.log.resample else [])
 
 

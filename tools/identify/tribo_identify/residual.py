@@ -1,0 +1,80 @@
+"""What the residual of the slides shows: a friction or a zero that changes with time, or a pattern over force, which is one over position."""
+
+import numpy as np
+
+from . import slides
+from .bins import BIN_S
+
+TIME_PART = 0.6  # of the variance over slides, that a change with time has to explain
+TIME_LEAST = 0.03  # of breakaway
+FORCE_PART = 0.4  # of the variance over rows, that a sine over force has to explain
+FORCE_LEAST = 0.05  # of breakaway
+PERIODS_MAX = 20.0  # over the range of F
+ROWS_LEAST = 60
+ENOUGH = 12  # slides
+
+
+def _over(time, values):
+    """The values of a parabola through them at the first and the last, and its share of their variance."""
+    t = (time - time[0]) / max(time[-1] - time[0], 1e-300)
+    fit = np.polyval(np.polyfit(t, values, 2), t)
+    return float(fit[0]), float(fit[-1]), float(np.ptp(fit)), 1 - float(np.var(values - fit) / max(np.var(values), 1e-300))
+
+
+def over_time(rows, left, level):
+    """A sentence on friction or zero that changes with time, or None. Friction acts against the way of F, the zero does not know it."""
+    number, way = rows[:, 5].astype(int), rows[:, 4]
+    all_slides = np.unique(number)
+    if len(all_slides) < ENOUGH:
+        return None
+    mean = np.array([np.mean(left[number == n]) for n in all_slides])
+    ways = np.array([way[number == n][0] for n in all_slides])
+    time = np.array([np.mean(rows[number == n, 6]) for n in all_slides]) * BIN_S
+    found = []
+    for values, which in ((-ways * mean, "friction"), (mean, "zero")):
+        begin, end, change, part = _over(time, values)
+        if part > TIME_PART and change > TIME_LEAST * level:
+            found.append((part, which, end - begin, change))
+    if not found:
+        return None
+    _, which, whole, change = max(found)
+    if which == "friction":
+        return (f"friction changes with time: it is {abs(whole):.3g} N {'less' if whole < 0 else 'more'} at the end of the log than in its beginning, {100 * change / level:.2g} % of breakaway: "
+                "it warms up or runs in. Let the rig run until that has ended, and log the experiment again")
+    return f"F drifts: in both directions alike it is {abs(whole):.3g} N {'less' if whole < 0 else 'more'} at the end of the log than in its beginning: the sensor's zero or the load changes with time"
+
+
+def _alike_taken_off(rows, left):
+    """What is left beside a slope within the slides, the same in all: friction that still builds up looks like it, and no pattern does."""
+    number = rows[:, 5].astype(int)
+    within = rows[:, 2] - (np.bincount(number, rows[:, 2]) / np.maximum(np.bincount(number), 1))[number]
+    left = left - np.mean(left)
+    return left - within * float(within @ left) / max(float(within @ within), 1e-300)
+
+
+def over_force(rows, left, level):
+    """A sentence on a pattern over force, the same in both directions, or None: the sine over force that explains the most."""
+    span = float(np.ptp(rows[:, 2]))
+    slow = np.abs(rows[:, 3]) * BIN_S < span / PERIODS_MAX / 4  # an average has one place in the pattern
+    if slow.sum() < ROWS_LEAST:
+        return None
+    force, left = rows[slow, 2], _alike_taken_off(rows[slow], left[slow])
+    best = (0.0, 0.0, 0.0)
+    for periods in np.arange(1.5, PERIODS_MAX, 0.1):
+        phase = 2 * np.pi * periods * (force - force[0]) / span
+        waves = np.c_[np.sin(phase), np.cos(phase)]
+        size = np.linalg.lstsq(waves, left, rcond=None)[0]
+        best = max(best, (1 - float(np.var(left - waves @ size) / max(np.var(left), 1e-300)), float(np.hypot(*size)), span / periods))
+    part, size, period = best
+    if part < FORCE_PART or size < FORCE_LEAST * level:
+        return None
+    return (f"a pattern over force, the same upwards and downwards, of {size:.3g} N in periods of {period:.3g} N: {100 * size / level:.2g} % of breakaway. That is cogging, or whatever else pushes by "
+            "position: take it out of u, or average over whole periods of it")
+
+
+def shows(log, assume, level):
+    """What the residual shows, the clearest first."""
+    rows, left = slides.residual(log, assume)
+    if len(rows) < 20 or not level > 0:
+        return []
+    return [text for text in (over_force(rows, left, level), over_time(rows, left, level)) if text]
