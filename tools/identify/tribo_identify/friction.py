@@ -460,7 +460,7 @@ def _plausible(log, line, assume, level):
     if scale < 0:
         raise Refusal("sign", WRONG_SIGN)
     if not least <= scale <= 1 / least:
-        raise Refusal("units", f"units: F moves by {scale:.3g} N for a newton of u: one of them is not in N, as a sensor's volts and a drive's ampere are not; give its scale (--scale u={scale:.4g}, or --scale F=...)"
+        raise Refusal("units", f"units: F moves by {scale:.3g} N for a newton of u: one of them is not in N, as a sensor's volts are not, nor a drive's ampere; give its scale (--scale u={scale:.4g}, or --scale F=...)"
                       + ("" if assume else f"; if they are, say so: --assume symmetric takes up to a factor of {1 / 0.2:g}"))
     if late:
         raise not_of_one_clock(log, line.lag_s)
