@@ -70,13 +70,6 @@ def test_stamps_that_were_rounded_as_they_were_written_are_those_of_an_even_cloc
     assert again["gain"] == pytest.approx(found["gain"], rel=1e-6) and poles_of(again)[0] == pytest.approx(poles_of(found)[0], rel=1e-5)
 
 
-def test_a_search_that_takes_long_says_what_it_does(capsys, monkeypatch):
-    monkeypatch.setattr("tribo_design.identify.PROGRESS_S", 0.0)
-    t = np.arange(200) * 1e-3
-    identify(Data(t, np.ones(200), 1 - np.exp(-40 * t)), 1, no_friction=True)
-    assert "fits models of order 1 to 200 rows" in capsys.readouterr().err
-
-
 def test_a_long_record_keeps_the_time_of_its_step(run, tmp_path):
     """Of 39,990 samples the fit looks at every tenth; the step is not at one of those."""
     found, _ = identified(run, write(tmp_path / "step.csv", [-20.0, -300.0], 2.0, 1e-4, count=39_990, dt=1e-4, start=3001), "--order", "2")

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from . import emit, friction, pipeline, robustness
+from . import emit, friction, pipeline, progress, robustness
 from .config import load_design
 from .reading import read_text
 from .errors import InputError
@@ -16,6 +16,7 @@ def synthesize(options):
             raise InputError(f"--time-limit: value {options.time_limit:g}: must be at least 0.001 and at most 3600")
         design = design.model_copy(update={"synthesis": design.synthesis.model_copy(update={"time_limit_s": options.time_limit})})
     check_replaceable(options.out)
+    progress.at("solves for the controller, reduces and rounds it")
     result = pipeline.synthesize(design, digest, Path(options.design).name)
     return _finish(result, options)
 
@@ -26,6 +27,7 @@ def import_controller(options):
     design, _ = load_design(options.design)
     controller, digest = load_controller(options.controller, design)
     check_replaceable(options.out)
+    progress.at("reduces and rounds the controller")
     result = pipeline.from_import(design, digest, Path(options.controller).name, controller)
     return _finish(result, options)
 
@@ -46,6 +48,7 @@ def files_of(result, design_text, plots):
     """Every file of the output directory: name -> bytes."""
     images = {}
     if plots:
+        progress.at("draws the plots")
         from . import plots as drawing
 
         images = drawing.draw_all(result)
@@ -56,6 +59,7 @@ def files_of(result, design_text, plots):
 
 
 def _finish(result, options):
+    progress.at("plays the loop with friction")
     played = friction.play(result.design, result.plant, result.f32, traces=not options.no_plots)
     result.traces = played.pop("traces", None)
     result.friction = played

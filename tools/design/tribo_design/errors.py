@@ -3,6 +3,8 @@
 import os
 import sys
 
+from . import progress
+
 
 class DesignError(Exception):
     """An error in the user's terms. The command line prints it and exits with `exit_code`."""
@@ -58,9 +60,10 @@ CAUSES = (
 
 
 def run_command(program, run, argv):
-    """run(argv), its exit status; errors in the user's terms."""
+    """run(argv), its exit status; errors in the user's terms, and what takes long says so."""
     try:
-        return run(argv)
+        with progress.shown(program):
+            return run(argv)
     except DesignError as error:
         if isinstance(error, LimitError):
             print(error.table, end="\n" if error.table else "")

@@ -14,8 +14,6 @@ Structure   the one with the least BIC of all orders, with and without dead time
 """
 
 import json
-import sys
-import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -24,7 +22,7 @@ import scipy.linalg
 import scipy.optimize
 import scipy.special
 
-from . import __version__
+from . import __version__, progress
 from .reading import format_root, printable, read_rows, read_text, roundings, without_rounding
 from .errors import DesignError, InputError
 
@@ -42,7 +40,6 @@ BIC_CLOSE = 6.0
 RIVAL = 0.3  # of BIC, beyond the price of one parameter: how near a structure must be to count as well
 SETTLED = 6.0  # time constants in the record
 NOTHING = 1e-6  # of y's range: a residual that is the fit's own rounding
-PROGRESS_S = 5.0
 HOPELESS = 100.0  # of BIC: such a structure needs no more poles
 
 
@@ -411,20 +408,7 @@ def _pair_starts(record, structure, known):
     return out
 
 
-class Progress:
-    """Says on stderr, each some seconds, what is being fitted."""
-
-    def __init__(self):
-        self.begin = self.said = time.monotonic()
-
-    def __call__(self, structure, rows):
-        now = time.monotonic()
-        if now - self.said >= PROGRESS_S:
-            self.said = now
-            print(f"{now - self.begin:.0f} s: fits models of order {structure} to {rows} rows", file=sys.stderr, flush=True)
-
-
-def search(record, order, noise, keep=4, progress=lambda structure, rows: None):
+def search(record, order, noise, keep=4):
     """The best structures by BIC, with their fits on few rows."""
     found, least = [], np.inf
     for integrator in (False, True):
@@ -440,7 +424,7 @@ def search(record, order, noise, keep=4, progress=lambda structure, rows: None):
                 here = []
                 for pairs in range(n // 2 + 1 if n <= 4 else 2):
                     structure = Structure(n, pairs, delay, integrator)
-                    progress(structure, record.n)
+                    progress.at(f"fits models of order {structure} to {record.n} rows")
                     one = fit(record, structure, noise, _starts(record, structure, found) + _pair_starts(record, structure, found))
                     if one is not None:
                         here.append(one)
@@ -663,22 +647,21 @@ NOT_SEPARABLE = ("gain and friction are not separable in this record: a step of 
 
 def identify(data, order=None, no_friction=False):
     """Figures as a dict; `separable` and `trusted` say what of them holds."""
-    progress = Progress()
     friction = () if no_friction else friction_of(data)
     separable = no_friction or bool(friction)
     # Friction, then noise, then the structure again with both, as each hides the others.
     base = ("coulomb",) if "coulomb" in friction else ()
     record = Record(data, SEARCH_ROWS, base)
-    pool, everything = search(record, order, Noise(), keep=6, progress=progress)
+    pool, everything = search(record, order, Noise(), keep=6)
     if not pool:
         raise DesignError("no model fits this response")
-    answers = [(base, record, *_with_noise(record, pool, order, progress))]
+    answers = [(base, record, *_with_noise(record, pool, order))]
     for way in [w for w in ((), ("coulomb", "load")) if w != base and set(w) <= set(friction)]:
         record = Record(data, SEARCH_ROWS, way)
         again = [fit(record, f.structure, f.noise, [f.theta], thorough=True) for f in _distinct(answers[0][2])[:4]]
         again = sorted((f for f in again if f is not None), key=lambda f: f.bic)
         if again:
-            answers.append((way, record, *_with_noise(record, again, order, progress)))
+            answers.append((way, record, *_with_noise(record, again, order)))
     way, record, candidates, _ = min(answers, key=lambda a: a[2][0].bic)
     full = Record(data, FIT_ROWS, way)
     if full.n != record.n:
@@ -694,7 +677,7 @@ def identify(data, order=None, no_friction=False):
     return found, full, best
 
 
-def _with_noise(record, candidates, order, progress):
+def _with_noise(record, candidates, order):
     """The candidates with the noise that they leave, best first, twice; all structures again where the noise is a walk."""
     searched = False
     for _ in range(3):
@@ -703,7 +686,7 @@ def _with_noise(record, candidates, order, progress):
             break
         if noise.drifts and not searched:
             searched = True
-            candidates = search(record, order, noise, keep=6, progress=progress)[0]
+            candidates = search(record, order, noise, keep=6)[0]
             continue
         again = [fit(record, c.structure, noise, [c.theta], thorough=True) for c in _distinct(candidates)[:6]]
         candidates = sorted((f for f in again if f is not None), key=lambda f: f.bic)
