@@ -64,7 +64,8 @@ def falling(seed):
     return replace(truth, law="stribeck", sliding=float(source.uniform(0.8, 0.95)), stribeck=float(truth.high * 10 ** source.uniform(-2.3, -1)))
 
 
-def _built(name, *words):
+def built(name, *words):
+    """A shared library, compiled once."""
     out = BUILT / name
     if not out.exists():
         subprocess.run(["cc", "-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-I", ROOT / "lib/include", *words, "-o", out, "-lm"], check=True)
@@ -72,7 +73,7 @@ def _built(name, *words):
 
 
 def _compiled(name, *words):
-    return ctypes.CDLL(str(_built(f"{name}.so", *words)))
+    return ctypes.CDLL(str(built(f"{name}.so", *words)))
 
 
 class Foreign:
@@ -103,7 +104,7 @@ class Loop:
     """The loop of a header that tribo-rig made, with the library."""
 
     def __init__(self, header, compensated):
-        library = _built("library.so", *sorted((ROOT / "lib/src").glob("*/*.c")), *sorted((ROOT / "lib/src").glob("*.c")))
+        library = built("library.so", *sorted((ROOT / "lib/src").glob("*/*.c")), *sorted((ROOT / "lib/src").glob("*.c")))
         name = hashlib.sha256(Path(header).read_bytes()).hexdigest()[:12]
         self.c = _compiled(name, f'-DLOOP_HEADER="{Path(header).resolve()}"', HERE / "loop.c", library)
         self.c.loop_step.argtypes, self.c.loop_step.restype = [ctypes.c_double, ctypes.c_double], ctypes.c_double

@@ -105,11 +105,10 @@ def accepted(result, rigs, tick_s):
     predicted, said = None, {}
     for name, rig_of in rigs.items():
         logs = {case: run(rig_of(), foreign.Loop(headers[case], case != "off"), tick_s, low, high) for case in accept.CASES}
-        t, r, u, y = logs["off"]
-        predicted = predicted or accept.predict(tree, low, high, bins.noise_of(y))
-        off = Segment("off", t, u / found["command_per_N"], y, reference=r, h=tick_s)
-        measured = {case: accept.judged(t, r, u / found["command_per_N"], y) for case, (t, r, u, y) in logs.items()}
-        said[name] = accept.rule(measured, predicted, accept.residual(tree, off), accept.level_of(tree, (low + high) / 2))[1]
+        segments = {case: Segment(case, t, u / found["command_per_N"], y, reference=r, h=tick_s) for case, (t, r, u, y) in logs.items()}
+        readings = bins.readings_of(segments["off"].force)
+        predicted = predicted or accept.predict(tree, low, high, readings)
+        said[name] = accept.judge(tree, segments, readings, predicted)[2]
     return said
 
 

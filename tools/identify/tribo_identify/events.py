@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import native, rows
-from .bins import bin_size, binned, noise_of
+from .bins import bin_size, binned, noise_of, step_of
 from .refusal import Refusal
 from .slides import PART, later, runs_of, spans
 
@@ -102,15 +102,15 @@ def _stands(x):
 
 def saturated(segment, name=None):
     """Rows in which u or F, or the one that is named, stands at its largest or least value for long. A u that is held at other levels as well is held there, too; and F may rest there in
-    stiction, but not while u goes beyond where F came there."""
-    rows = np.zeros(len(segment.u), bool)
+    stiction, but not while u goes beyond where F came there, by more than F has to go until a sensor that reads in steps shows the next."""
+    rows, room = np.zeros(len(segment.u), bool), STANDS * np.ptp(segment.u) + 2 * step_of(segment.force)
     for x in (segment.u, segment.force) if name is None else (getattr(segment, name),):
         still = _stands(x)
         held = x is segment.u and len({v for *_, v in still} - {x.min(), x.max()}) >= 2
         for extreme, way in ((x.max(), 1), (x.min(), -1)):
             came = int(np.argmax(x == extreme))
             for a, b, value in still:
-                goes_on = x is segment.u or np.max(way * (segment.u[a:b] - segment.u[came])) > STANDS * np.ptp(segment.u)
+                goes_on = x is segment.u or np.max(way * (segment.u[a:b] - segment.u[came])) > room
                 rows[a:b] |= value == extreme and not held and goes_on and a > 0 and b < len(x)
     return rows
 

@@ -18,6 +18,8 @@ import scipy.ndimage
 import scipy.special
 import scipy.stats
 
+from tribo_design import progress
+
 from . import native, residual, rows, slides
 from .bins import bin_size, binned, noise_of
 from .events import WRONG_SIGN, check, check_events, find, held_s, loads, not_of_one_clock, saturated
@@ -375,6 +377,7 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
     """The parameters of the friction that the log shows, or Refusal. `rig` has what is known of actuator, sensor, damping, stiffness, inertia, delay; without it the
     lags are found. `assume` is symmetric, calibrated, or None if neither is known: then symmetric, and what it rests on is weak. `allow_slides`: the slides'
     line may take the place of the model's breakaway and command; else it is not asked."""
+    progress.at(f"looks for slides in {log.rows} rows")
     check(log)
     events, ways = find(log)
     check_events(log, events)
@@ -397,6 +400,7 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
     names = list(SYMMETRIC if assume != "calibrated" else CALIBRATED)
     least = {"offset": 0.02 * level, "slope": 0.0}
     theta = [max(line.values[n], least.get(n.split("_")[0], -np.inf)) for n in names]
+    progress.at(f"fits friction to {log.rows} rows")
     few = _short(fit, log, events, rig, assume)
     theta, left, said = _whole(fit, *_best(few, names, theta, line))
     names = [*names, *fit.rest]

@@ -140,7 +140,12 @@ class First:
     bias: float
     offset: float
     slope: float
-    noise: float
+    readings: object  # of the force, tribo_identify.bins.Readings
+
+    @property
+    def noise(self):
+        """Of noise and steps together, rms in N: what the best model leaves."""
+        return self.readings.rms
 
     def of(self, assume):
         """Command and friction as `assume` of tribo_identify has them, in the names of lags.Fit."""
@@ -173,13 +178,13 @@ def of_ramp(log, assume="symmetric"):
                                        "The arm may be stuck, or out of contact, or F is another column (log.columns.F): look at rig and log before anything more is played")
     (scale, bias, offset, slope), _ = friction.start(log, native.PAPER, events.find(log)[1])
     s = log.segments[0]
-    noise = bins.noise_of(s.force)
     if scale < 0:
         raise Refusal("sign", "1-ramp-log.csv: F falls where u rises: turn the sign of command_per_N, or of F by log.scales.F: -1")
     if not 0.5 <= scale <= 2:
         raise Refusal("units", f"1-ramp-log.csv: a newton of command makes {scale:.3g} N: correct command_per_N (now 1, say {1 / scale:.3g} times what it is), remove the log and play the ramp again")
-    offset, slope = _friction(log, line, (offset, slope), noise)
-    first = First(float(scale), float(bias), float(max(offset, 0.0)), float(max(slope, 0.0)), noise)
+    readings = bins.readings_of(s.force)
+    offset, slope = _friction(log, line, (offset, slope), readings.rms)
+    first = First(float(scale), float(bias), float(max(offset, 0.0)), float(max(slope, 0.0)), readings)
     law, load = first.of(assume), float(np.max(np.abs(s.force)))
     L = [law[f"offset{way}"] + law[f"slope{way}"] * load for way in ("", "_negative")]
     if not min(L) > 0:

@@ -14,6 +14,7 @@ import numpy as np
 import scipy.optimize
 import scipy.stats
 
+from tribo_design import progress
 from tribo_identify import native
 from tribo_identify.events import Refusal
 from tribo_identify.friction import breakaway
@@ -36,13 +37,14 @@ STEPS_S = 1e-4  # of the simulation, at least
 COARSE = 0.02  # of the whole lag: steps of the first search
 FASTEST = 0.02  # of a tick: a lag as short as this is none
 LEFT = 0.1  # of breakaway, rms: a model that leaves more is not this rig's
-EXACT = 1.04  # times the noise: no other law is looked for
+EXACT = 1.06  # times the noise: no other law is looked for
 BETTER = 0.97  # of what the simpler law leaves
 ALIKE = 1.3  # times what the best law leaves: the lags may as well be this law's
 OTHER = 0.2  # of a pole: beyond it a model with another one is tried with the loop
 AWAY = 100.0  # times the largest F: as far as a plant runs away
 ROBUST = 3.0  # weighted residuals beyond this count less
-FEW, PASSES = 6, 30  # of each start, and of the best two
+FEW, PASSES = 6, 30  # of the best starts, and of the best two of these
+STARTS = 5  # that are gone down from
 
 
 @dataclass
@@ -202,8 +204,10 @@ def _whole_lag(segment, first):
 
 
 def _best(problem, law, starts, lag):
-    """The best of all starts in coarse steps, then the best two of them in those of the scenario."""
+    """The best of the starts that leave least, in coarse steps; then the best two of them in those of the scenario."""
+    progress.at(f"fits the lags with friction of {law.replace('_', ' ')}")
     problem.substeps = int(max(np.ceil(problem.h / max(STEPS_S, COARSE * lag)), 2))
+    starts = sorted(starts, key=lambda theta: problem.left(law, theta))[:STARTS] if len(starts) > STARTS else starts
     tried = sorted((problem.solve(law, theta, FEW) for theta in starts), key=lambda t: t[0])
     problem.substeps = substeps(problem.h)
     return min((problem.solve(law, theta, PASSES) for _, theta, _ in tried[:2]), key=lambda t: t[0])
@@ -237,11 +241,11 @@ def _laws(problem, first, starts, swappable, lag):
     last = lambda: found[-1][2]
     for law, begins in (("coulomb" + FALLS, lambda: falling(near) + falling(swapped)), ("lugre", lambda: ways), ("lugre" + STIFFENS, lambda: [last()]),
                         ("maxwell_slip", lambda: ways), ("maxwell_slip" + STIFFENS, lambda: [last()]), ("paper", lambda: [*ways[1:4:2], *starts])):
-        if best()[1] <= EXACT * first.noise:
+        if best()[1] <= EXACT * first.readings.worst:
             break
         attempt(law, begins())
     law, left, theta, _ = best()
-    if left > EXACT * first.noise and model_of(law) in BUILDS_UP:
+    if left > EXACT * first.readings.worst and model_of(law) in BUILDS_UP:
         attempt(law + FALLS, falling(theta))
     law, _, theta, _ = best()
     attempt(law, [turned(theta)])

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from tribo_design import pipeline, tuning
+from tribo_design import pipeline, progress, tuning
 from tribo_design.config import validate, Design
 from tribo_design.errors import DesignError
 from tribo_design.output import yaml_text
 from tribo_identify import accept, command_friction, native
 
+from . import unexplained
 from .lags import BUILDS_UP, substeps
 
 CROSSOVER = 0.7  # of the loop's bandwidth by its whole lag: the wish that the design starts with
@@ -51,7 +52,7 @@ def task_of(rig, result):
     return low + 0.25 * (high - low), high - 0.1 * (high - low)
 
 
-def scenario(rig, lags, result, law, noise):
+def scenario(rig, lags, result, law, readings, ripple):
     """All of the loop but its controller, as a scenario whose plant is the one that was found. The loop has the friction of sliding."""
     low, high = task_of(rig, result)
     number = lambda x: float(f"{x:.9g}")
@@ -61,8 +62,8 @@ def scenario(rig, lags, result, law, noise):
     tree = {"description": f"{rig.name}, by tribo-rig", "duration_s": 40.0, "sample_time_s": rig.sample_time_s,
             "reference": {"kind": "triangle", "low_N": number(low), "high_N": number(high), "period_s": 10.0},
             "plant": {"step_s": number(rig.sample_time_s / substeps(rig.sample_time_s)), "actuator_pole_rad_per_s": number(lags.actuator), "arm": arm,
-                      "friction": accept.scaled(friction, 1 + law.falls), **law.plant},
-            "sensor": {"pole_rad_per_s": number(lags.sensor), "delay_s": number(lags.delay), "noise_N": number(noise)},
+                      "friction": accept.scaled(friction, 1 + law.falls), **law.plant, **(ripple.keys() if ripple else {})},
+            "sensor": {"pole_rad_per_s": number(lags.sensor), "delay_s": number(lags.delay), "noise_N": number(readings.noise), "quantisation_N": number(readings.step)},
             "controller": {"kind": "none"}, "compensator": {"arm": arm, "friction": friction},
             "limits": {"u_min_N": number(min(rig.force.low_N, 0.0)), "u_max_N": number(rig.force.high_N), "input_max_N": number(ROOM * rig.force.largest),
                        "full_scale_N": number(2 * ROOM * rig.force.largest)},
@@ -70,10 +71,10 @@ def scenario(rig, lags, result, law, noise):
     return copy.deepcopy(tree)  # nothing in two places
 
 
-def predicted(loop, noise, others):
+def predicted(loop, readings, others):
     """accept's runs: by case, for L 10 % less, right, 10 % more. And (off, on) for lags that are off: all of them, and for `others`, poles of actuator and sensor."""
     low, high = loop["reference"]["low_N"], loop["reference"]["high_N"]
-    runs = accept.predict(loop, low, high, noise)
+    runs = accept.predict(loop, low, high, readings)
     lags = []
     with tempfile.TemporaryDirectory() as name:
         actuator, sensor = loop["plant"]["actuator_pole_rad_per_s"], loop["sensor"]["pole_rad_per_s"]
@@ -82,14 +83,17 @@ def predicted(loop, noise, others):
             for case in ("off", "on"):
                 tree = accept.case_of(loop, case, low, high)
                 tree["plant"]["actuator_pole_rad_per_s"], tree["sensor"]["pole_rad_per_s"] = poles
-                pair.append(accept.run(tree, noise, Path(name)))
+                pair.append(accept.run(tree, readings, Path(name)))
             lags.append(pair)
     return runs, lags
 
 
-def against(runs, lags):
-    """Why this loop is not to be used, or nothing."""
+def against(runs, lags, left):
+    """Why this loop is not to be used, or nothing. `left` is what the law does not explain of r - F."""
     reasons = []
+    ratio = np.hypot(runs["on"][1].rms, left) / np.hypot(runs["off"][1].rms, left)
+    if ratio > HELPS:
+        reasons.append(f"with what the law leaves the error is {ratio:.2g} times that without compensation")
     for case, what in (("on", "the friction that was found"), ("less", "L 20 % less in the loop"), ("more", "L 20 % more in the loop")):
         worst = max(on.rms / off.rms for on, off in zip(runs[case], runs["off"]))
         if worst > HELPS:
@@ -101,13 +105,14 @@ def against(runs, lags):
     return reasons
 
 
-def make(rig, lags, base, digest):
-    """(loop, design's result, predicted runs, those with lags of other models, what was refused) of the fastest wish that goes through. `base` is the loop without
-    controller."""
-    refused, noise = [], base["sensor"]["noise_N"]
-    base["compensator"] |= tuning.compensator(tuning.rig_of(base, "loop.yaml"))
+def make(rig, lags, base, readings, left, digest):
+    """(loop, design's result, predicted runs, those with lags of other models, what it makes of `left`, what was refused) of the fastest wish that goes through.
+    `base` is the loop without controller."""
+    refused = []
+    base["compensator"] |= tuning.compensator(tuning.rig_of(base, "loop.yaml") | {"noise": readings.rms})
     wishes = [rig.bandwidth_rad_s] if rig.bandwidth_rad_s else [part * CROSSOVER / (lags.whole + rig.sample_time_s) for part in SLOWER]
     for bandwidth in wishes:
+        progress.at(f"designs a loop of {bandwidth:.3g} rad/s")
         try:
             designed = pipeline.synthesize(design_of(rig, lags, bandwidth), digest, "rig.yaml")
         except DesignError as error:
@@ -115,10 +120,12 @@ def make(rig, lags, base, digest):
             continue
         rows = [dict(zip(("b0", "b1", "b2", "a1", "a2"), (float(f"{x:.9g}") for x in row))) for row in np.array(designed.f32, float)]
         loop = base | {"controller": {"kind": "delta", "sections": rows}}
-        runs, other = predicted(loop, noise, lags.others)
-        reasons = against(runs, other)
+        progress.at(f"plays the loop of {bandwidth:.3g} rad/s on plants near the one that was found")
+        runs, other = predicted(loop, readings, lags.others)
+        echo = unexplained.in_loop(loop, left)
+        reasons = against(runs, other, echo)
         if not reasons:
-            return loop, designed, runs, other[len(LAGS) :], refused
+            return loop, designed, runs, other[len(LAGS) :], echo, refused
         refused.append(f"bandwidth {bandwidth:.3g} rad/s: {'; '.join(reasons)}")
     way = base["plant"].get("model") in BUILDS_UP
     raise NotSafe("no loop was found that is better than no compensation on all plants near this one:\n" + "\n".join(refused) + "\nWhat would help: "

@@ -1,51 +1,86 @@
 """From the logs to the files of the result."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 
+from tribo_design import progress
 from tribo_design.output import yaml_text
-from tribo_identify import friction, slides
+from tribo_identify import accept, bins, friction, slides
 from tribo_identify.events import Refusal
 
-from . import experiments, lags, law, loop, report
+from . import cogging, experiments, lags, law, loop, report, unexplained
 
 GAINS = 1.2  # factor by which the error falls, below which the verdict calls it little
 BUDGET_US = 250  # the drive's default, which must not be beyond its period
 APART = 0.05  # of the whole lag: half intervals below which one lag is told from another
+PASSES = 3  # of cogging and line
+COARSE = 0.05  # of breakaway: a sensor's steps that are named
+NAMED = 0.01  # likewise, of what the law leaves
 UNSURE = 0.1  # relative half interval of L, above which the report asks for more
 
 
 def of(rig, first, made, log, digest):
     """(files of the result, lines to say)."""
+    log, slow, line, ripple = _without_cogging(log, made, rig.assume)
     steps = experiments.part(log, 0.0, made.split_s)
     found = lags.fit(steps.segments[0], first, rig.known)
-    if found.residual_rms > lags.LEFT * found.level:
-        raise Refusal("model", f"2-slides-log.csv: no lags and friction make the steps of this log: F is off by {found.residual_rms:.3g} N rms, {100 * found.residual_rms / found.level:.2g} % of "
-                               "breakaway. Is the arm against a stiff contact, and u what the motor got? Play 2-slides.csv again, and look whether F repeats itself")
-    slow = experiments.part(log, made.split_s - experiments.REST_S, made.time[-1])
+    _refuse_what_is_left(found, steps.segments[0], first.readings)
+    progress.at("fits friction to the slides")
     known = {name: found.params[name] for name in ("actuator", "sensor", "damping", "inertia", "stiffness", "delay")}
     result, arm = law.fit(found, friction.identify(slow, known, rig.assume, allow_slides=False), log.segments[0], first)
-    result.fall = _fall(slow, rig.assume)
-    base = loop.scenario(rig, found, result, arm, first.noise)
-    tuned, designed, runs, others, refused = loop.make(rig, found, base, digest)
+    result.fall = _fall(slow, line, first.readings.step / 2 / found.level)
+    left = unexplained.of(slow.segments[0], result.model[0], first.readings, found.level)
+    base = loop.scenario(rig, found, result, arm, first.readings, ripple)
+    tuned, designed, runs, others, echo, refused = loop.make(rig, found, base, first.readings, left, digest)
     per_n = rig.command_per_N / result.params["scale"]
-    lines = verdict(rig, tuned, found, result, arm, runs, others, per_n)
+    expected = accept.expected(runs, echo)
+    lines = verdict(rig, tuned, found, result, arm, expected, others, per_n) + unsure(first.readings, found, result, left, ripple) + [_next(rig, tuned)]
     text = loop.header(tuned, rig)
     factor = f"#define {rig.name.upper()}_COMMAND_PER_N {np.float32(per_n):.8e}f ///< what the drive puts out for a newton of u\n"
     files = {"loop.yaml": (_head(per_n, digest) + yaml_text(tuned)).encode(),
              f"{rig.name}_params.h": text.replace("// clang-format off\n", "// clang-format off\n" + factor, 1).encode(),
              "registers.txt": registers(rig, tuned, per_n).encode(),
-             "verdict.json": (json.dumps(numbers(tuned, found, result, arm, runs, per_n), indent=1) + "\n").encode()}
+             "verdict.json": (json.dumps(numbers(tuned, found, result, arm, runs, expected, echo, per_n), indent=1) + "\n").encode()}
+    progress.at("draws the report")
     details = [*friction.line_of(result), *(f"note: {r}" for r in result.remarks), *(f"tried and left: {r}" for r in refused)]
-    files["report.html"] = report.html(rig, lines, details, tuned, found, result, steps, slow, designed).encode()
+    files["report.html"] = report.html(rig, first, lines, details, tuned, found, result, steps, slow, designed).encode()
     return files, lines
 
 
-def _fall(slow, assume):
-    """Of friction once it slides, and half of the interval: as tribo_identify sees it."""
-    line = slides.line(slow, assume)
-    return slides.fall(slow, line) if line is not None and line.is_sure() else (0.0, np.inf)
+def _without_cogging(log, made, assume):
+    """The log, its slides, the line through them and the cogging: u as if the motor had been told to make up for that. Cogging bends the line, so it is looked for again."""
+    whole, ripple, played = log.segments[0], None, log
+    for _ in range(PASSES):
+        slow = experiments.part(played, made.split_s - experiments.REST_S, made.time[-1])
+        line = slides.line(slow, assume)
+        found = cogging.find(experiments.part(log, made.split_s - experiments.REST_S, made.time[-1]), line)
+        if found is None:
+            break
+        ripple = found
+        played = replace(log, segments=[replace(whole, u=whole.u + ripple.at(whole.force) / line.law()["scale"])])
+    return played, experiments.part(played, made.split_s - experiments.REST_S, made.time[-1]), line, ripple
+
+
+def _refuse_what_is_left(found, segment, readings):
+    """Of the steps, where it is too much for any use."""
+    error = bins.beyond(segment.force - found.model, readings, 1)
+    beyond = float(np.sqrt(np.mean(error[int((experiments.REST_S + experiments.APPROACH_S) / segment.h) :] ** 2)))
+    if beyond <= lags.LEFT * found.level:
+        return
+    causes = unexplained.of(segment, found.model, readings, found.level).causes
+    raise Refusal("model", f"2-slides-log.csv: no lags and friction make the steps of this log: F is off by {beyond:.3g} N rms beyond the sensor's noise, {100 * beyond / found.level:.2g} % of "
+                           "breakaway" + (f". What is left goes with {causes[0][0]}" if causes else "") + ". Is the arm against a stiff contact, and u what the motor got? Play 2-slides.csv again, "
+                           "and look whether F repeats itself")
+
+
+def _fall(slow, line, rounding):
+    """Of friction once it slides, and half of the interval: as tribo_identify sees it, less what readings that are rounded by as much as `rounding` make of it."""
+    if line is None or not line.is_sure():
+        return 0.0, np.inf
+    share, half = slides.fall(slow, line)
+    return share - rounding, half
 
 
 def _head(per_n, digest):
@@ -53,25 +88,24 @@ def _head(per_n, digest):
             "# tribo-sim run plays it; tribo-identify accept judges it on the rig.\n")
 
 
-def numbers(made, found, result, arm, runs, per_n):
+def numbers(made, found, result, arm, runs, expected, echo, per_n):
     return {"command_per_N": per_n, "lags_s": _lags(found), "lags_within_s": found.halves, "law": found.law,
             "friction": {e.name: e.value for e in result.estimates}, "known_within": result.L_half, "falls_by": arm.falls or (result.fall[0] if _falls(result) else 0.0),
-            "predicted_rms_N": {case: [run.rms for run in plants] for case, plants in runs.items()},
+            "divided_by": expected.factors, "unexplained_rms_N": echo, "predicted_rms_N": {case: [run.rms for run in plants] for case, plants in runs.items()},
             "task_N": [made["reference"]["low_N"], made["reference"]["high_N"]]}
 
 
-def verdict(rig, made, found, result, arm, runs, others, per_n):
-    """Half a page in words: what was found, what is to be expected, what to do next."""
+def verdict(rig, made, found, result, arm, expected, others, per_n):
+    """Half a page in words: what was found, what is to be expected."""
     low, high = made["reference"]["low_N"], made["reference"]["high_N"]
     middle = (low + high) / 2
     L = float(np.mean(friction.breakaway(result.params, result.table, middle)))
-    off, on = ([run.rms for run in runs[case]] for case in ("off", "on"))
-    factor = off[1] / on[1]
+    factor, least, most = expected.factors
     well = "tuned" if factor >= GAINS else "tuned, but it gains little"
     simulated = arm.falls > friction.FALL
     falls = _falls(result) and not simulated
     lines = [f"VERDICT: {well}{', but friction falls as it slides, which is not simulated' if falls else ''}: compensation divides the error on a triangle of {low:.3g} to {high:.3g} N by {factor:.3g} "
-             f"({min(a / b for a, b in zip(off, on)):.3g} to {max(a / b for a, b in zip(off, on)):.3g} if breakaway is off by 10 %), from {off[1]:.3g} to {on[1]:.3g} N rms; simulated.",
+             f"({least:.3g} to {most:.3g} with what is not known of the rig), from {expected.off:.3g} to {expected.on:.3g} N rms; simulated.",
              f"friction: {L:.4g} N at {middle:.3g} N{' once it slides' if falls or simulated else ''}" + (f", a table of {len(result.table)} loads" if result.table else ", " + _laws(result))
              + f"; known within {100 * result.L_half:.2g} %" + (" if it is the same both ways" if result.assume == "symmetric" else "") + (f"; builds up while F goes {arm.way:.3g} N, so that feed-forward of a jump gains less" if arm.way else ""),
              directions(rig, result, middle),
@@ -82,7 +116,6 @@ def verdict(rig, made, found, result, arm, runs, others, per_n):
     if others:
         lines.append(f"the steps do not tell the actuator's lag from the sensor's: with those of the other models the error is divided by {min(a.rms / b.rms for a, b in others):.3g}. "
                      "A data sheet's pole of the sensor or the current loop tells (known in rig.yaml)")
-    noise = law.UNEXPLAINED * made["sensor"]["noise_N"]
     if simulated:
         lines.append(f"friction falls with speed: breakaway is {100 * arm.falls:.2g} +- {100 * arm.falls_half:.1g} % above sliding, {(1 + arm.falls) * L:.4g} N for {L:.4g} N, where F moves by well below {arm.speed:.2g} N/s; "
                      "the simulation has it, the compensation has sliding")
@@ -90,11 +123,27 @@ def verdict(rig, made, found, result, arm, runs, others, per_n):
         share, half = result.fall
         lines.append(f"friction falls once it slides: breakaway is at least {100 * share:.2g} +- {100 * half:.1g} % above sliding, {(1 + share) * L:.4g} N for {L:.4g} N. F jumps where it breaks away: the error "
                      "with compensation may be more than ten times what is predicted")
-    if not falls and max(found.residual_rms, result.residual_rms) > noise:
-        lines.append("no law of friction that was tried leaves noise alone: the error with compensation may be some ten percent off what is predicted")
-    if result.L_half > UNSURE and result.residual_rms <= noise:
+    return lines
+
+
+def unsure(readings, found, result, left, ripple):
+    """What else shows in the log, and what would tell more."""
+    lines = []
+    if readings.step > COARSE * found.level:
+        lines.append(f"sensor: it reads in steps of {readings.step:.3g} N, {100 * readings.step / found.level:.2g} % of breakaway; the simulation has them, and no loop follows F within them")
+    if ripple:
+        lines.append(f"cogging: {ripple.amplitude:.3g} N, {100 * ripple.amplitude / found.level:.2g} % of breakaway, a wave each {ripple.period:.3g} N of F; the simulation has it, the compensation has not")
+    if left.rms > NAMED * found.level:
+        lines.append(f"no law of friction that was tried leaves noise alone: {left.rms:.2g} N rms are left, {100 * left.rms / found.level:.2g} % of breakaway"
+                     + "".join(f"; {100 * share:.2g} % of that go with {what}" for what, share in left.causes) + ". The range of the verdict has it")
+    elif result.L_half > UNSURE:
         lines.append("more would be known from 2-slides.csv played again in a quieter hour")
-    return lines + [f"next: params of {rig.name}_params.h into the drive, then on the rig tribo-identify accept loop.yaml --low {low:.3g} --high {high:.3g} --out sequence"]
+    return lines
+
+
+def _next(rig, made):
+    low, high = made["reference"]["low_N"], made["reference"]["high_N"]
+    return f"next: params of {rig.name}_params.h into the drive, then on the rig tribo-identify accept loop.yaml --low {low:.3g} --high {high:.3g} --out sequence"
 
 
 def _falls(result):
