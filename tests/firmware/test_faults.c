@@ -592,7 +592,7 @@ static double seconds_of(bool of_u, double size, double times, uint32_t period_u
             return 1e-6 * period_us * i;
         }
     }
-    return INFINITY;
+    return (double)INFINITY;
 }
 
 /// Two swings each time of 1 s (y) or 0.4 s (u) of the range, less what time has passed, until 1 s is full.
