@@ -17,7 +17,8 @@ static registers_t        registers;
 static modbus_registers_t map;
 static params_set_t       defaults;
 static unsigned           erasures;
-static uint32_t           sectors[STORE_SECTORS][SECTOR_WORDS];
+static void (*on_erase)(void); ///< null: nothing comes meanwhile
+static uint32_t sectors[STORE_SECTORS][SECTOR_WORDS];
 
 // --- a board -------------------------------------------------------------------------------------------------------
 
@@ -31,6 +32,10 @@ static bool erase_flash(void *context, unsigned sector)
 {
     (void)context;
     erasures++;
+    if (on_erase != NULL)
+    {
+        on_erase();
+    }
     memset(sectors[sector], 0xff, sizeof sectors[sector]);
     return true;
 }

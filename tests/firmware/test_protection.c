@@ -314,7 +314,11 @@ static void test_the_key_lasts_for_a_minute(void)
 {
     tick();
     unlock();
-    run(UNLOCK_TICKS - 1u);
+    for (uint32_t i = 0; i < UNLOCK_TICKS - 1u; i++)
+    {
+        registers.modbus.heard++; // its client asks for something, or the key would end with it
+        tick();
+    }
     TEST_ASSERT_EQUAL_UINT32(1, STATE_OF(unlocked_ticks));
     tick();
     check_locked();

@@ -1072,6 +1072,41 @@ static void test_a_start_just_before_a_save_prevents_it(void)
     TEST_ASSERT_EQUAL_HEX32(0xffffffff, sectors[0][2]);
 }
 
+static uint8_t late_frame[8]; ///< comes while the flash is busy
+
+static void put_late_frame(void)
+{
+    memcpy(registers.modbus.frame, late_frame, sizeof late_frame);
+    registers.modbus.length   = sizeof late_frame;
+    registers.modbus.complete = true;
+}
+
+static void test_what_came_during_a_save_does_not_start(void)
+{
+    static const uint8_t start_frame[8] = {1, 6, 1, 0, 0, 1, 0x49, 0xf6};
+    static const uint8_t stop_frame[8]  = {1, 6, 1, 0, 0, 2, 0x09, 0xf7};
+    const uint8_t *const frames[]       = {start_frame, stop_frame};
+    on_erase                            = put_late_frame;
+    for (unsigned i = 0; i < 2u; i++)
+    {
+        const uint32_t stops      = registers.drive.stops;
+        const uint32_t exceptions = registers.modbus.exceptions;
+        const uint32_t executed   = registers.modbus.frames;
+        memcpy(late_frame, frames[i], sizeof late_frame);
+        write_number(PARAM_AT(GAIN), 0.3f + 0.1f * (float)i);
+        command(REGISTERS_APPLY);
+        tick();
+        command(REGISTERS_SAVE);
+        run(5);
+        TEST_ASSERT_EQUAL_UINT32(DRIVE_IDLE, STATE_OF(state));
+        TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE, STATE_OF(outcome));
+        TEST_ASSERT_EQUAL_UINT32(executed + 1u, registers.modbus.frames);
+        TEST_ASSERT_EQUAL_UINT32(stops + i, registers.drive.stops);
+        TEST_ASSERT_EQUAL_UINT32(exceptions + 1u - i, registers.modbus.exceptions);
+    }
+    on_erase = NULL;
+}
+
 /// Which the client need not repeat, and which leaves the outcome to the save.
 static void test_a_stop_acts_while_a_save_waits(void)
 {
@@ -1520,6 +1555,7 @@ int main(void)
     RUN_TEST(test_commands_act_in_their_states);
     RUN_TEST(test_saved_params_are_those_of_the_next_power_up);
     RUN_TEST(test_a_start_just_before_a_save_prevents_it);
+    RUN_TEST(test_what_came_during_a_save_does_not_start);
     RUN_TEST(test_a_stop_acts_while_a_save_waits);
     RUN_TEST(test_those_who_may_only_stop_do_nothing_else);
     RUN_TEST(test_the_key_and_a_staged_set_end_with_their_client);

@@ -187,6 +187,27 @@ static void test_after_noise_of_any_length_the_next_request_is_found(void)
     TEST_ASSERT_TRUE(chance < 24u); // of 1200
 }
 
+/// Nor do its values become frames after noise, and at a silence.
+static void test_after_noise_another_units_values_are_no_frames(void)
+{
+    static const uint8_t answers[][3] = {{2, 3, 16}, {2, 23, 16}};
+    for (unsigned i = 0; i < 2u; i++)
+    {
+        uint8_t answer[32];
+        memcpy(answer, answers[i], 3);
+        memcpy(answer + 3, (const uint8_t[]){START}, 6);
+        (void)seal(answer + 3, 6);
+        memcpy(answer + 11, answer + 3, 8);
+        const size_t size = seal(answer, 19);
+        setUp();
+        put((const uint8_t[]){0xff, 0x55, 0xff}, 3);
+        put(answer, size);
+        take(true);
+        TEST_ASSERT_EQUAL_UINT(1, count);
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(answer, found[0].bytes, size);
+    }
+}
+
 /// Without a silence noise ends after a frame's length, and of what has piled up behind it only the last is still awaited.
 static void test_without_a_silence_old_requests_are_not_awaited(void)
 {
@@ -285,6 +306,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_frames_are_found_in_any_pieces);
     RUN_TEST(test_after_noise_of_any_length_the_next_request_is_found);
+    RUN_TEST(test_after_noise_another_units_values_are_no_frames);
     RUN_TEST(test_without_a_silence_old_requests_are_not_awaited);
     RUN_TEST(test_half_a_frame_is_dropped_at_a_silence);
     RUN_TEST(test_a_wrong_crc_is_no_frame);
