@@ -23,7 +23,7 @@
 /// A flipped bit in RAM: a corrupt pointer in the state is not used. It is counted in `bad_inputs`. With a
 /// corrupt `active` there is no change of params. With a corrupt `memory` the controller runs alone until the method is attached
 /// again. With a corrupt `guard` the fade stays. Params are trusted: they hold factors, pointers to params of parts, and pointers
-/// to code (the functions of `method`, of the friction model and of the guard). Nothing in a tick checks them, so keep them in
+/// to code (the functions of `method` and of the guard). Nothing in a tick checks them, so keep them in
 /// flash, in RAM with ECC, or under a checksum of your own.
 ///
 /// A third and a fourth section, a breakaway table and a change of params cost more when used; docs/numbers.md has the

@@ -209,7 +209,7 @@ tribo_status_t tribo_compensator_f32_init(tribo_compensator_f32_params_t       *
                                           const tribo_compensator_f32_config_t *config,
                                           float                                 sample_time_s);
 
-/// The paper's friction and the arm at rest, counters 0. Another model needs its own reset as well.
+/// Friction and the arm at rest, counters 0.
 void tribo_compensator_f32_reset(tribo_compensator_f32_state_t *state);
 
 /// Estimated friction f^ in N for the applied manipulated input `u_n` in N, after the actuator limit.

@@ -94,7 +94,6 @@ typedef struct
     uint32_t saturated;    ///< F or G clamped since reset; stops at UINT32_MAX
 } tribo_arm_q31_state_t;
 
-/// State of the compensator's friction model. The second members of both are the same.
 typedef struct
 {
     tribo_friction_q31_params_t friction;
@@ -148,7 +147,7 @@ tribo_status_t tribo_compensator_q31_init(tribo_compensator_q31_params_t       *
                                           float                                 sample_time_s,
                                           float                                 full_scale_n);
 
-/// The paper's friction and the arm at rest, counters 0. Another model needs its own reset as well.
+/// Friction and the arm at rest, counters 0.
 void tribo_compensator_q31_reset(tribo_compensator_q31_state_t *state);
 
 /// Estimated friction f^ for the applied manipulated input `u`, after the actuator limit, both Q31. Cannot fail.
