@@ -41,8 +41,16 @@ bool native_scenario_has(const native_scenario_t *scenario, const char *key);
 /// The library's parameters of its loop, in double, without a check; false if `key` is none of them.
 bool native_scenario_put(native_scenario_t *scenario, const char *key, double value);
 
-/// Every key that a scenario may have, at most 127 characters long: `index` from 0; false behind the last.
-bool native_key(unsigned index, char key[128]);
+/// A key that a scenario may have, and what its value is: number, whole, choice, text, group or list. Words of a choice: "a, b or c".
+typedef struct
+{
+    char        path[128];
+    const char *type;
+    char        words[512];
+} native_key_t;
+
+/// `index` from 0; false behind the last.
+bool native_key(unsigned index, native_key_t *key);
 
 /// Of a scenario to be played: checks the whole.
 bool     native_scenario_check(native_scenario_t *scenario, native_error_t *error);

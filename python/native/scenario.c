@@ -96,27 +96,41 @@ bool native_scenario_put(native_scenario_t *scenario, const char *key, double va
 
 typedef struct
 {
-    unsigned left;
-    char    *key;
-    bool     is_found;
+    unsigned      left;
+    native_key_t *key;
+    bool          is_found;
 } search_t;
+
+_Static_assert(COMMON_KEY_MAX <= sizeof((native_key_t *)0)->path, "native.h says how long a key is");
+_Static_assert(COMMON_WORDS_MAX <= sizeof((native_key_t *)0)->words, "native.h says how long its words are");
 
 static void search(void *context, const char *path, const common_key_t *key)
 {
-    search_t *const of = context;
-    (void)key;
+    static const char *const types[] = {[COMMON_KEY_NUMBER]   = "number",
+                                        [COMMON_KEY_OPTIONAL] = "number",
+                                        [COMMON_KEY_WHOLE]    = "whole",
+                                        [COMMON_KEY_CHOICE]   = "choice",
+                                        [COMMON_KEY_TEXT]     = "text",
+                                        [COMMON_KEY_GROUP]    = "group",
+                                        [COMMON_KEY_LIST]     = "list",
+                                        [COMMON_KEY_SKIPPED]  = "text"};
+    search_t *const          of      = context;
     if (!of->is_found && of->left-- == 0)
     {
-        of->is_found = true;
-        (void)snprintf(of->key, COMMON_KEY_MAX, "%s", path);
+        of->is_found  = true;
+        of->key->type = types[key->type];
+        (void)snprintf(of->key->path, sizeof of->key->path, "%s", path);
+        if (key->type == COMMON_KEY_CHOICE)
+        {
+            common_key_words(key, of->key->words, sizeof of->key->words);
+        }
     }
 }
 
-_Static_assert(COMMON_KEY_MAX <= 128, "native.h says how long a key is");
-
-bool native_key(unsigned index, char key[128])
+bool native_key(unsigned index, native_key_t *key)
 {
-    search_t of = {.left = index, .key = key};
+    search_t of   = {.left = index, .key = key};
+    key->words[0] = '\0';
     common_key_visit(sim_keys, search, &of);
     return of.is_found;
 }

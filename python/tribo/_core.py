@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import numbers
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,16 +72,25 @@ def _parameters() -> dict[str, Parameter]:
     return {text(row.key): Parameter(text(row.key), text(row.unit), row.low, row.high, row.standard, text(row.condition), text(row.text)) for row in rows}
 
 
-def _keys() -> list[str]:
-    found: list[str] = []
-    key = ffi.new("char[128]")
+@dataclass(frozen=True)
+class Key:
+    """A key of a scenario: number, whole, choice (of words), text, group or list."""
+
+    type: str
+    words: tuple[str, ...]
+
+
+def _keys() -> dict[str, Key]:
+    found: dict[str, Key] = {}
+    key = ffi.new("native_key_t *")
     while lib.native_key(len(found), key):
-        found.append(text(key))
+        words = re.split(", | or ", text(key.words)) if text(key.type) == "choice" else []
+        found[text(key.path)] = Key(text(key.type), tuple(words))
     return found
 
 
 PARAMETERS: dict[str, Parameter] = _parameters()
-KEYS = frozenset(_keys())
+KEYS: dict[str, Key] = _keys()
 
 
 def raised(error: Any) -> ScenarioError:
@@ -94,19 +105,52 @@ def new_error() -> Any:
     return ffi.new("native_error_t *")
 
 
-def full_key(name: str, groups: Sequence[str] = ()) -> str:
-    """The key that a keyword means: in one of the groups, or the only one that ends with it."""
+def full_key(name: str, groups: Sequence[str] = (), within: Sequence[str] = ("",), is_group: bool = False) -> str:
+    """The key that a keyword means: itself, in one of the groups, or the only one that ends with it. `within`: how a key of the part begins; a loop
+    has none of the plant's. A group's name is a key of it (`compensator.sensor`) unless its value `is_group`: YAML in braces."""
+    if "." in name:
+        return name
     for key in (name, *(group + name for group in groups)):
-        if key in KEYS or "." in name:
+        if key in KEYS and (is_group or KEYS[key].type != "group"):
             return key
-    found = sorted(key for key in KEYS if key.endswith(f".{name}"))
+    found = sorted(key for key, row in KEYS.items() if key.endswith(f".{name}") and key.startswith(tuple(within)) and "[" not in key and (is_group or row.type != "group"))
     if len(found) > 1:
         raise ScenarioError(f"{name}: several keys end so, give one of them in a dict: {', '.join(found)}", name)
     return found[0] if found else name
 
 
-def all_keys(keys: Keys | None, keywords: Keys, groups: Sequence[str] = ()) -> dict[str, Value]:
-    return {full_key(name, groups): value for name, value in {**(keys or {}), **keywords}.items()}
+def all_keys(keys: Keys | None, keywords: Keys, groups: Sequence[str] = (), within: Sequence[str] = ("",)) -> dict[str, Value]:
+    return {full_key(name, groups, within, isinstance(value, str) and value.lstrip().startswith("{")): value for name, value in {**(keys or {}), **keywords}.items()}
+
+
+def keywords_of(groups: Sequence[str] = (), within: Sequence[str] = ("",)) -> dict[str, Key]:
+    """Every keyword that means one key, by name."""
+    found: dict[str, Key] = {}
+    for name in sorted({path.rpartition(".")[2] for path, row in KEYS.items() if row.type != "group" and "[" not in path}):
+        try:
+            key = full_key(name, groups, within)
+        except ScenarioError:
+            continue
+        if key in KEYS and key.startswith((*within, *groups)):
+            found[name] = KEYS[key]
+    return found
+
+
+def annotation_of(key: Key) -> str:
+    """The type of its values, as Python writes it."""
+    plain = {"number": "float", "whole": "int", "text": "str", "list": "Sequence[Mapping[str, float]]"}
+    if key.type != "choice":
+        return plain[key.type]
+    words = ", ".join(f'"{word}"' for word in key.words)
+    return f"bool | Literal[{words}]" if key.words == ("no", "yes") else f"Literal[{words}]"
+
+
+def signature_of(function: Any, groups: Sequence[str] = (), within: Sequence[str] = ("",)) -> inspect.Signature:
+    """A function's signature with each of its keywords, for help and completion. The default ... is the scenario's."""
+    given = inspect.signature(function)
+    named = [parameter for parameter in given.parameters.values() if parameter.kind != inspect.Parameter.VAR_KEYWORD]
+    rows = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=..., annotation=annotation_of(key)) for name, key in keywords_of(groups, within).items()]
+    return given.replace(parameters=[*named, *(row for row in rows if row.name not in given.parameters)])
 
 
 def _yaml(value: Value) -> str:

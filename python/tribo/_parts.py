@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import os
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
-from ._core import Arithmetic, Keys, Scenario, Value, all_keys, new_error, raised, text
+from ._core import Arithmetic, Keys, Scenario, Value, all_keys, new_error, raised, signature_of, text
+from ._keywords import CompensatorKeys, FeedForwardKeys, FrictionKeys, GuardKeys, LoopKeys
 from ._native import ffi, lib
 from ._run import Learned, learned
 
 Floats = npt.NDArray[np.float64]
 _FRICTION = ("compensator.friction.", "compensator.friction.breakaway.", "compensator.arm.")
+_LOOP = ("sample_time_s", "controller.", "compensator.", "limits.")
 _STEP = lib.native_part_step
 
 
@@ -23,12 +25,17 @@ class Part:
 
     _kind: ClassVar[str]
     _groups: ClassVar[tuple[str, ...]] = ()
+    _within: ClassVar[tuple[str, ...]] = _LOOP
+
+    def __init_subclass__(cls) -> None:
+        if "_kind" in cls.__dict__:
+            cls.__signature__ = signature_of(Part, cls._groups, cls._within)  # type: ignore[attr-defined]
 
     def __init__(self, scenario: str | os.PathLike[str] | None = None, keys: Keys | None = None, /, *, arith: Arithmetic = "f32", **keywords: Value) -> None:
         if arith not in ("f32", "q31"):
             raise ValueError(f"arith={arith!r}: there are f32 and q31")
         made = Scenario(scenario)
-        made.put(all_keys(keys, keywords, self._groups))
+        made.put(all_keys(keys, keywords, self._groups, self._within))
         error = new_error()
         part = lib.native_part_new(self._kind.encode(), made.handle, arith == "q31", error)
         if part == ffi.NULL:
@@ -96,6 +103,10 @@ class Loop(_Learns):
     _kind = "loop"
     _groups = ("limits.",)
 
+    if TYPE_CHECKING:
+
+        def __init__(self, scenario: str | os.PathLike[str] | None = None, keys: Keys | None = None, /, *, arith: Arithmetic = "f32", **keywords: Unpack[LoopKeys]) -> None: ...
+
     def step(self, r_N: float, y_N: float) -> float:
         """One tick: reference and measured force give the command u in N."""
         return _STEP(self._part, r_N, y_N, 0.0, 0.0)  # type: ignore[no-any-return]
@@ -138,6 +149,11 @@ class Friction(Part):
 
     _kind = "friction"
     _groups = _FRICTION
+    _within: ClassVar[tuple[str, ...]] = ("sample_time_s", "limits.", "compensator.friction.", "compensator.arm.")
+
+    if TYPE_CHECKING:
+
+        def __init__(self, scenario: str | os.PathLike[str] | None = None, keys: Keys | None = None, /, *, arith: Arithmetic = "f32", **keywords: Unpack[FrictionKeys]) -> None: ...
 
     def step(self, u_N: float, F_N: float) -> float:
         return _STEP(self._part, u_N, F_N, 0.0, 0.0)  # type: ignore[no-any-return]
@@ -158,6 +174,11 @@ class Compensator(Part):
 
     _kind = "compensator"
     _groups = _FRICTION
+    _within = ("sample_time_s", "limits.", "compensator.friction.", "compensator.arm.")
+
+    if TYPE_CHECKING:
+
+        def __init__(self, scenario: str | os.PathLike[str] | None = None, keys: Keys | None = None, /, *, arith: Arithmetic = "f32", **keywords: Unpack[CompensatorKeys]) -> None: ...
 
     def step(self, u_N: float) -> float:
         return _STEP(self._part, u_N, 0.0, 0.0, 0.0)  # type: ignore[no-any-return]
@@ -179,6 +200,11 @@ class Guard(_Latches):
 
     _kind = "guard"
     _groups = ("compensator.guard.",)
+    _within = ("sample_time_s", "limits.", "compensator.guard.")
+
+    if TYPE_CHECKING:
+
+        def __init__(self, scenario: str | os.PathLike[str] | None = None, keys: Keys | None = None, /, *, arith: Arithmetic = "f32", **keywords: Unpack[GuardKeys]) -> None: ...
 
     def step(self, r_N: float, y_N: float, friction_N: float, good: bool = True) -> float:
         """`good`: r and y are credible."""
@@ -205,6 +231,11 @@ class FeedForward(_Learns):
 
     _kind = "feedforward"
     _groups = ("compensator.feedforward.", *_FRICTION, "limits.")
+    _within = ("sample_time_s", "limits.", "compensator.feedforward.", "compensator.friction.", "compensator.arm.")
+
+    if TYPE_CHECKING:
+
+        def __init__(self, scenario: str | os.PathLike[str] | None = None, keys: Keys | None = None, /, *, arith: Arithmetic = "f32", **keywords: Unpack[FeedForwardKeys]) -> None: ...
 
     def error(self, r_N: float, y_N: float) -> float:
         """The error for the controller."""

@@ -6,12 +6,13 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, Literal
+from typing import Any, Literal, Unpack, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from ._core import Keys, Scenario, Value, all_keys, new_error, raised, text
+from ._core import Keys, Scenario, Value, all_keys, new_error, raised, signature_of, text
+from ._keywords import RunKeys
 from ._native import ffi, lib
 
 Array = npt.NDArray[Any]
@@ -125,7 +126,7 @@ def _columns(trace: Array) -> dict[str, Array]:
     return {text(lib.native_column_name(i)): trace[i] != 0 if lib.native_column_is_flag(i) else trace[i] for i in range(len(trace))}
 
 
-def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *, arith: Literal["f32", "q31", "both"] | None = None, **keywords: Value) -> Run:
+def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *, arith: Literal["f32", "q31", "both"] | None = None, **keywords: Unpack[RunKeys]) -> Run:
     """Plays a scenario as `tribo-sim run` does: a path, the name of one in the scenarios folder, or None for the defaults.
 
     `keys` are those of a scenario, by their dotted names; a keyword is a key that no other one ends with. Without `arith` the
@@ -142,7 +143,7 @@ def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *,
     if arith not in ("f32", "q31", "both", None):
         raise ValueError(f"arith={arith!r}: there are f32, q31 and both")
     made = Scenario(scenario)
-    for key, value in all_keys(keys, keywords).items():
+    for key, value in all_keys(keys, cast(Mapping[str, Value], keywords)).items():
         made.set(key, value)
     if arith is not None:
         made.set("arithmetic", arith)
@@ -160,3 +161,6 @@ def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *,
         lib.native_free(json_text)
     second = Run(_columns(traces[1]), summary.q31) if summary.q31 else None
     return Run(_columns(traces[0]), summary, second)
+
+
+run.__signature__ = signature_of(run)  # type: ignore[attr-defined]

@@ -54,6 +54,26 @@ def test_a_loop_says_the_same_as_its_numbers(tmp_path, capsys, breakaway):
     assert tuned(capsys, str(path), "--input-max", "40") == tuned(capsys, *numbers, "--input-max", "40") != tuned(capsys, *numbers, "--input-max", "20")
 
 
+def test_a_pole_beyond_what_a_tick_shows_is_none(capsys, tmp_path):
+    """As import and synthesize write the sensor of a plant of three poles."""
+    fastest = tuned(capsys, "--sensor-pole", "1e8", "--actuator-pole", "1e9")
+    assert fastest["feedforward"]["sensor_pole_rad_per_s"] == fastest["feedforward"]["actuator_pole_rad_per_s"] == pytest.approx(10 * 3.14159265e3, rel=1e-5)
+    assert fastest == tuned(capsys, "--sensor-pole", "31415.927", "--actuator-pole", "31415.927")
+    assert tuned(capsys, "--sensor-pole", "1e8", "--sample-time", "1e-6")["feedforward"]["sensor_pole_rad_per_s"] == 1e6
+    path = tmp_path / "loop.yaml"
+    path.write_text(LOOP.replace("BREAKAWAY", "{offset_N: 0.07}").replace("noise_N: 0.02", "noise_N: 0.02, pole_rad_per_s: 100000000"))
+    assert tuned(capsys, str(path))["feedforward"]["sensor_pole_rad_per_s"] == pytest.approx(15708, rel=1e-4)
+
+
+def test_what_q31_cannot_hold_is_not_printed(capsys, tmp_path):
+    wide = tuned(capsys, "--full-scale", "1000")["feedforward"]
+    assert wide["presliding_N"] == pytest.approx(0.101) and wide["forgetting_per_N"] == pytest.approx(0.031)
+    path = tmp_path / "loop.yaml"
+    path.write_text("limits: {full_scale_N: 1000}\n")
+    assert tuned(capsys, str(path))["feedforward"] == wide != tuned(capsys)["feedforward"] == tuned(capsys, "--full-scale", "2")["feedforward"]
+    assert main(["tune", "--full-scale", "-1"]) == 2 and "--full-scale: -1, allowed are 1e-06" in capsys.readouterr().err
+
+
 def test_a_loop_that_is_none_is_refused(tmp_path, capsys):
     path = tmp_path / "loop.yaml"
     for text, what in (("- 1", "must be keys and values"), ("sample_time_s: soon", "sample_time_s: value 'soon': must be a number"), ("a: [", "not YAML"), ("a: !!int zz", "not YAML"),

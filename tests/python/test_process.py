@@ -54,7 +54,7 @@ def everything(folder):
         if one["q31"]:
             one["q31"] = {key: value for key, value in one["q31"].items() if key not in timing}
     bits = [column.tobytes() for run in runs for column in run.values()]
-    loop, hub = tribo.Loop("triangle", {"compensator.gain": 0.875}, arith="q31"), tribo.LuGre(offset_N=0.0125)
+    loop, hub = tribo.Loop("triangle", {"compensator.gain": 0.875}, arith="q31"), tribo.Friction(offset_N=0.0125)
     fed = tribo.FeedForward("triangle", actuator_pole_rad_per_s=157.5)
     bits += [loop.steps(np.linspace(0, 0.7, 99), 0.1).tobytes(), hub.steps(np.linspace(-1, 1, 99), 0.25).tobytes(), repr(loop.step(0.3, 0.1)), repr(fed.error(0.7, 0.1)),
              repr(fed.command(0.3))]
@@ -98,7 +98,7 @@ def test_another_direction_of_rounding_changes_no_bit(plain):
     _, wanted = plain
     with foreign.rounding_upward():
         run = tribo.run("triangle", SHORT, arith="both")
-        loop, hub = tribo.Loop("triangle", {"compensator.gain": 0.875}, arith="q31"), tribo.LuGre(offset_N=0.0125)
+        loop, hub = tribo.Loop("triangle", {"compensator.gain": 0.875}, arith="q31"), tribo.Friction(offset_N=0.0125)
         steps = loop.steps(np.linspace(0, 0.7, 99), 0.1).tobytes(), hub.steps(np.linspace(-1, 1, 99), 0.25).tobytes(), repr(loop.step(0.3, 0.1))
     assert [column.tobytes() for column in run.values()] == wanted[1][:len(run)]
     again = tribo.Loop("triangle", {"compensator.gain": 0.875}, arith="q31")
