@@ -1,6 +1,7 @@
 /// Params of the force loop "rig" in Q31, made by tribo-sim params: change its input, not this file.
 ///
 ///     scenario     "rig_1khz.yaml"
+///     description  "the examples' rig at 1 kHz"
 ///     tick         0.001 s
 ///     full scale   4 N is 2^31
 ///     u            -2 to 2 N

@@ -1,6 +1,7 @@
 /// Params of the force loop "rig" in f32, made by tribo-sim params: change its input, not this file.
 ///
 ///     scenario     "rig_500hz.yaml"
+///     description  "the examples' rig at 500 Hz"
 ///     tick         0.002 s
 ///     u            -2 to 2 N
 ///     |r| and |y|  up to 2 N

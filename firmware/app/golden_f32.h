@@ -1,6 +1,7 @@
 /// Params of the force loop "golden" in f32, made by tribo-sim params: change its input, not this file.
 ///
 ///     scenario     "golden.yaml"
+///     description  "the drive's self-test"
 ///     tick         0.001 s
 ///     u            -2 to 2 N
 ///     |r| and |y|  up to 2 N

@@ -1,6 +1,7 @@
 /// Params of the force loop "golden_steep" in f32, made by tribo-sim params: change its input, not this file.
 ///
 ///     scenario     "golden_steep.yaml"
+///     description  "the drive's self-test, with a steep law of breakaway and a gain above 1"
 ///     tick         0.001 s
 ///     u            -2 to 2 N
 ///     |r| and |y|  up to 2 N

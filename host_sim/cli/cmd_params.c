@@ -126,6 +126,7 @@ static bool make(const options_t *options, const common_scenario_t *scenario, co
            write_header(options,
                         &(sim_params_header_t){.name          = options->name,
                                                .scenario      = file_name(&options->choice),
+                                               .description   = config->description,
                                                .sets          = options->choice.sets,
                                                .set_count     = options->choice.set_count,
                                                .config        = &loop_config.config,

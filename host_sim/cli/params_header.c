@@ -384,6 +384,11 @@ static void put_comment(FILE *stream, const sim_params_header_t *header)
         (void)fputs("\n///     --set        ", stream);
         put_quoted(stream, header->sets[i]);
     }
+    if (header->description[0] != '\0')
+    {
+        (void)fputs("\n///     description  ", stream);
+        put_quoted(stream, header->description);
+    }
     (void)fprintf(stream, "\n///     tick         %g s\n", (double)config->sample_time_s);
     if (header->loop->q31)
     {

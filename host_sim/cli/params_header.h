@@ -9,9 +9,10 @@
 
 typedef struct
 {
-    const char        *name;     ///< prefix of all declarations, a C identifier
-    const char        *scenario; ///< the source file, for the comment
-    const char *const *sets;     ///< and with which --set
+    const char        *name;        ///< prefix of all declarations, a C identifier
+    const char        *scenario;    ///< the source file, for the comment
+    const char        *description; ///< in its words, likewise; "": it has none
+    const char *const *sets;        ///< and with which --set
     int                set_count;
 
     const tribo_force_loop_f32_config_t *config;

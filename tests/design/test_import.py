@@ -1,6 +1,8 @@
 """Controllers made elsewhere, in every form: the same loop as the original's."""
 
 import json
+import os
+import subprocess
 
 import control as ct
 import numpy as np
@@ -153,3 +155,71 @@ def test_state_space_with_a_hidden_mode_keeps_it_until_the_reduction(tmp_path):
     assert np.allclose(imported.zpk([1j, 10j]), k(np.array([1j, 10j])))
     found = reduction.candidates(Continuous(imported.zpk), Reduction(), H)
     assert found[0].zpk.order == 1 and np.allclose(found[0].zpk.poles, [-2])
+
+
+LAB = """name: lab
+sample_time_s: 0.001
+computation_delay_s: 5.0e-4
+plant: {gain: GAIN, poles: [-30, -200]}
+fixed_point: {full_scale_n: 40, u_max_n: 30}
+"""
+
+
+@pytest.fixture
+def lab(run, tmp_path):
+    """Imports a file of these fields; its exit code, what it said, and the folder."""
+    def import_of(name, gain=1.0, **fields):
+        design, path = tmp_path / "lab.yaml", tmp_path / name
+        design.write_text(LAB.replace("GAIN", str(gain)))
+        path.write_text(json.dumps(fields)) if name.endswith("json") else scipy.io.savemat(path, fields)
+        code, out, err = run("import", path, "--design", design, "--out", tmp_path / "out", "--no-plots")
+        return code, out + err, tmp_path / "out"
+    return import_of
+
+
+# PI with a lead and a roll-off, as K(z) at 1 kHz.
+NUM_Z, DEN_Z = scipy.signal.zpk2tf(*scipy.signal.bilinear_zpk([-25.0, -150.0], [0.0, -700.0], 12.0, 1 / H))
+
+
+def test_a_discrete_controller_without_its_sample_time_is_told_so(lab):
+    code, said, _ = lab("k.mat", num=NUM_Z, den=DEN_Z)
+    assert code == 2 and "a discrete K needs its sample time as well, sample_time_s (in MATLAB: Ts = K.Ts" in said
+    assert lab("k.mat", num=NUM_Z, den=DEN_Z, Ts=H)[0] == 0  # the advice, followed
+    code, said, _ = lab("u.json", zeros=[], poles=[2.0], k=1.0)
+    assert code == 2 and "right half plane" in said and "sample time" not in said
+
+
+@pytest.mark.parametrize("ticks", [1, 3])
+@pytest.mark.parametrize("form", ["num", "zeros"])
+def test_a_strictly_proper_controller_in_z_gets_a_remedy(lab, ticks, form):
+    zeros, poles, gain = scipy.signal.tf2zpk(NUM_Z, DEN_Z)
+    late = {"num": {"num": [0.0] * ticks + NUM_Z.tolist(), "den": DEN_Z.tolist() + [0.0] * ticks},
+            "zeros": {"zeros": zeros.real.tolist(), "poles": poles.real.tolist() + [0.0] * ticks, "k": gain}}[form]
+    code, said, out = lab("k.json", sample_time_s=H, **late)
+    assert code == 2 and f"{ticks} more pole" in said and f"tf('z', Ts){'^3' if ticks == 3 else ''}" in said and f"{ticks * H:g} s for as much" in said and not out.exists()
+    early = {"num": {"num": NUM_Z.tolist() + [0.0] * ticks, "den": late["den"] if "den" in late else None},
+             "zeros": {**late, "zeros": late.get("zeros", []) + [0.0] * ticks}}[form]
+    assert lab("k.json", sample_time_s=H, **early)[0] == 0  # the advice, followed
+
+
+def test_cells_of_tfdata_are_vectors(lab):
+    cell = np.empty((1, 1), object)
+    cells = {}
+    for name, values in (("num", NUM_Z), ("den", DEN_Z)):
+        cells[name] = cell.copy()
+        cells[name][0, 0] = values
+    assert lab("k.mat", Ts=H, **cells)[0] == 0
+
+
+def test_what_is_removed_of_a_continuous_controller_is_said(lab):
+    code, said, _ = lab("k.json", zeros=[-25.0], poles=[0.0, -100000.0, -1000000.0], k=60000000000.0)
+    assert code == 0 and "note: the imported K(s) is not what runs: 2 modes beyond 1 x Nyquist removed" in said
+    assert "is not what runs" not in lab("z.json", sample_time_s=H, num=NUM_Z.tolist(), den=DEN_Z.tolist())[1]
+
+
+def test_what_u_is_divided_by_is_in_the_header_too(lab, tmp_path):
+    code, said, out = lab("k.json", gain=-1.0, zeros=[-25.0], poles=[0.0], k=-0.6)
+    assert code == 0, said
+    header = tmp_path / "lab.h"
+    subprocess.run([os.environ["TRIBO_SIM"], "params", out / "lab_scenario.yaml", "--arith", "q31", "--out", header], check=True)
+    assert "put u / -1 out" in (out / "lab_scenario.yaml").read_text() and 'description  "a triangle with the controller lab; put u / -1 out"' in header.read_text()

@@ -52,6 +52,7 @@ REASONS = [
     ("docs/linux.md", "tribo-link$|tribo-link (ports|start|status)", ELSEWHERE + "tests/linux/test_live.py, against a drive"),
     ("docs/identification.md", r"tools/tribo-identify friction O-ring", "needs the file of a publication"),
     ("docs/identification.md", r"tools/tribo-identify (accept friction/loop.yaml --off|actuator)", "needs logs of a rig; tests/identify has some"),
+    ("tools/design/README.md", "tribo-design identify-plant STEP.csv", "the page plays it with its own record, further down"),
     ("tools/design/README.md", "cp build/paper", "writes into the tree; tests/design/test_paper.py holds that it would change nothing"),
     ("docs/playground.md", "tribo-sim run playground.yaml", "the page in a browser writes the file; tests/playground"),
     ("docs/sweep.md", "tribo-sim merge", ELSEWHERE + "tests/cli/test_sweep.py"),
@@ -64,7 +65,7 @@ REASONS = [
 
 
 def design(folder):
-    for name, source in (("DESIGN.yaml", "example.yaml"), ("A.yaml", "example.yaml"), ("B.yaml", "paper.yaml"), ("STEP.csv", "example_step.csv")):
+    for name, source in (("DESIGN.yaml", "example.yaml"), ("A.yaml", "example.yaml"), ("B.yaml", "paper.yaml")):
         shutil.copy(ROOT / "designs" / source, folder / name)
     (folder / "K.json").write_text('{"zeros": [-12.0], "poles": [-0.5, -300.0], "k": 300.0}', encoding="utf-8")
     shutil.copy(ROOT / "host_sim/scenarios/noisy.yaml", folder / "LOOP.yaml")

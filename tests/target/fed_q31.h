@@ -1,6 +1,7 @@
 /// Params of the force loop "fed" in Q31, made by tribo-sim params: change its input, not this file.
 ///
 ///     scenario     "fed.yaml"
+///     description  "the loop of image_f32_fed and image_q31_fed"
 ///     tick         0.001 s
 ///     full scale   2 N is 2^31
 ///     u            -2 to 2 N

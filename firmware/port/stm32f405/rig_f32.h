@@ -1,6 +1,7 @@
 /// Params of the force loop "rig" in f32, made by tribo-sim params: change its input, not this file.
 ///
 ///     scenario     "rig.yaml"
+///     description  "the STM32F405's rig: the paper's"
 ///     tick         0.001 s
 ///     u            -2 to 2 N
 ///     |r| and |y|  up to 2 N

@@ -54,6 +54,7 @@ def scenario(design, plant, f32, source):
     if h > 0.1:
         return None
     chain, why = chain_of(plant, h)
+    scaled = ""  # what a reader of the scenario must know, in what tribo-sim params copies from it
     gain = plant.at_zero() if chain is not None else 1.0
     limit_f = abs(gain) * limit
     full_f = max(full, limit_f)  # of e and u alike
@@ -75,6 +76,7 @@ def scenario(design, plant, f32, source):
     else:
         lines += ["# The plant is the design's."]
         if abs(gain - 1) > 1e-9:
+            scaled = f"; put u / {gain:.9g} out"
             lines += [f"# u is in newton of F at rest, so the last section has the plant's gain of {gain:.6g} in it and the header's has not: put u / {gain:.9g} out."]
         arm = f"{{inertia_N_s2_per_deg: {chain.inertia:.9g}, damping_N_s_per_deg: {chain.damping:.9g}, stiffness_N_per_deg: {STIFFNESS:.9g}}}"
         parts = [f"plant: {{step_s: {h / 10:.9g}, actuator_pole_rad_per_s: {chain.actuator:.9g}, arm: {arm}}}",
@@ -84,7 +86,7 @@ def scenario(design, plant, f32, source):
     lines += ["# Its friction is the paper's: copy it, give your rig's under compensator and plant, and put what tribo-design tune makes of it into compensator.",
               "# tribo-sim run plays it, tribo-sim params makes a drive's params of it."]
     return "\n".join([
-        *lines, f'description: "a triangle with the controller {design.name}"', f"duration_s: {20 * PERIODS}", f"sample_time_s: {h:.9g}",
+        *lines, f'description: "a triangle with the controller {design.name}{scaled}"', f"duration_s: {20 * PERIODS}", f"sample_time_s: {h:.9g}",
         f"reference: {{kind: triangle, low_N: {2 * top / 3:.9g}, high_N: {top:.9g}, period_s: 20}}", *parts,
         "controller:", "  kind: delta", "  sections:", *(f"    - {{{section}}}" for section in sections),
         *tuning.as_yaml(tuning.tuned(rig)).splitlines(), *([f"  arm: {arm}"] if arm else []), *(["  friction:", *friction] if friction else []),

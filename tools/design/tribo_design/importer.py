@@ -138,6 +138,8 @@ def _from_mat(path, design):
     for key, value in data.items():
         if key.startswith("__"):
             continue
+        while isinstance(value, np.ndarray) and value.dtype == object and value.size == 1:
+            value = value.ravel()[0]  # a cell, as tfdata and zpkdata give them without 'v'
         if not isinstance(value, np.ndarray) or value.dtype.kind not in "biufc":
             raise InputError(f"{path}: {key}: must be numbers (save a, b, c, d or z, p, k, not a system object)")
         name = ALIASES.get(key, key)
@@ -185,6 +187,7 @@ def _build(path, data, design):
         raise InputError(f"{path}: its roots or gain are beyond what double precision holds ({error})") from None
     system = _with_integrator(system, design.sample_time_s)
     _check(path, system, h)
+    _check_feedthrough(path, system, h)
     _check_response(path, system, given, h)
     return Imported(system, form, h is None, path.name)
 
@@ -215,6 +218,16 @@ def _check_response(path, system, given, h):
     if np.any(bad):
         i = int(np.argmax(bad))
         raise InputError(f"{path}: cannot be represented: at {omega[i] / (h or 1.0):.4g} rad/s the file's response is {wanted[i]:.6g}, that of its zeros, poles and gain {accepted[i]:.6g}")
+
+
+def _check_feedthrough(path, system, h):
+    """Of a K(z): the library's sections have b0."""
+    ticks = system.relative_degree
+    if h is not None and ticks > 0:
+        power = f"^{ticks}" if ticks > 1 else ""
+        raise InputError(f"{path}: K(z) is strictly proper, {ticks} more pole{'s' * (ticks > 1)} than zeros: its u waits {ticks} tick{'s' * (ticks > 1)} for r - y, and the library's sections answer "
+                         f"at once. Give z{power} K(z), in MATLAB minreal(K * tf('z', Ts){power}): the same u {ticks} tick{'s' * (ticks > 1)} earlier. What your actuator really waits goes into plant.delay_s, "
+                         f"{ticks * h:g} s for as much")
 
 
 def _real(path, name, value):
@@ -362,7 +375,10 @@ def _check(path, system, h):
         bad = [p for p in system.poles if p.real > 1e-9 * abs(p)]
         on_axis = [p for p in system.poles if abs(p.real) <= 1e-9 * abs(p)]
         if bad:
-            raise InputError(f"{path}: poles: {format_root(bad[0])} rad/s is in the right half plane: K is unstable, the library runs stable controllers only")
+            hint = ""
+            if all(abs(p) <= 1 + 1e-9 for p in system.poles):
+                hint = ". All its poles are within the unit circle: a discrete K needs its sample time as well, sample_time_s (in MATLAB: Ts = K.Ts, saved with the rest)"
+            raise InputError(f"{path}: poles: {format_root(bad[0])} rad/s is in the right half plane: K is unstable, the library runs stable controllers only{hint}")
     else:
         # |z|^2 - 1 over 2 |d|: as above, so that the last bit of a root on the circle decides nothing.
         beyond = [(2 * p.real + abs(p) ** 2) / (2 * abs(p)) if abs(p) > 1e-12 else 0.0 for p in system.poles]

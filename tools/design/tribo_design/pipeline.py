@@ -359,6 +359,9 @@ def breaches(before, after, limits, floor):
 
 def remarks(result):
     said = []
+    if result.imported and result.reduced is not None and result.reduced.zpk.order < result.full_order:
+        said.append(f"the imported K(s) is not what runs: {result.reduced.how}, which the row `reduced` shows. A K(z) is taken as it is; to keep more of K(s), raise "
+                    "reduction.fast_mode_multiple and lower reduction.cancellation_percent")
     c = result.quantised.conditioning
     if abs(c - 1) > 1e-4:
         said.append(f"K(z) has a zero on or outside the unit circle: the library's anti-windup conditions with c = {c:.4g} instead of 1")

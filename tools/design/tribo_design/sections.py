@@ -35,7 +35,7 @@ class Cascade:
 def make_cascade(system, h):
     """`system`: Zpk in d. DesignError names what the library's sections cannot hold."""
     if system.relative_degree != 0:
-        raise DesignError("sections: K(z) has no direct feedthrough, which the library's sections need")
+        raise DesignError("sections: K(z) has no direct feedthrough, which the library's sections need: discretisation.method tustin gives one to a strictly proper K")
     if system.order > 2 * SECTIONS_MAX:
         raise DesignError(f"sections: K(z) is of order {system.order}; the library runs at most {2 * SECTIONS_MAX}")
     _check_stable(system)
