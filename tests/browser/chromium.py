@@ -12,7 +12,7 @@ import time
 
 PROGRAM = shutil.which("chromium")
 ARGUMENTS = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars", "--no-first-run", "--remote-debugging-pipe"]
-PATIENCE_S = 60.0
+PATIENCE_S = 300.0  # for what never happens: a loaded machine takes a minute for a page
 
 
 class Page:

@@ -65,8 +65,9 @@ REASONS = [
 
 
 def design(folder):
-    for name, source in (("DESIGN.yaml", "example.yaml"), ("A.yaml", "example.yaml"), ("B.yaml", "paper.yaml")):
-        shutil.copy(ROOT / "designs" / source, folder / name)
+    example = (ROOT / "designs/example.yaml").read_text(encoding="utf-8")
+    for name in ("DESIGN.yaml", "A.yaml", "B.yaml"):
+        (folder / name).write_text(example.replace("name: example", f"name: example_{name[0].lower()}"), encoding="utf-8")
     (folder / "K.json").write_text('{"zeros": [-12.0], "poles": [-0.5, -300.0], "k": 300.0}', encoding="utf-8")
     shutil.copy(ROOT / "host_sim/scenarios/noisy.yaml", folder / "LOOP.yaml")
 
