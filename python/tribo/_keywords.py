@@ -35,6 +35,7 @@ class RunKeys(TypedDict, total=False):
     low_N: float
     memory_s: float
     method: Literal["paper", "feedforward", "off"]
+    model: Literal["paper", "torque", "coulomb", "karnopp", "armstrong", "dahl", "bristle", "reset_integrator", "bliman_sorine", "lubricated", "lugre", "elasto_plastic", "leuven", "maxwell_slip", "servo_mx106", "servo_mx64", "servo_xl330", "servo_erob80"]
     noise_N: float
     noise_seed: int
     on: bool | Literal["no", "yes"]
@@ -70,7 +71,6 @@ class RunKeys(TypedDict, total=False):
 class LoopKeys(TypedDict, total=False):
     actuator_pole_rad_per_s: float
     belief: float
-    bristle_damping_N_s_per_deg: float
     damping_N_s_per_deg: float
     fade_time_s: float
     forgetting_per_N: float
@@ -86,7 +86,6 @@ class LoopKeys(TypedDict, total=False):
     kind: Literal["paper", "z", "delta", "none"]
     m: float
     method: Literal["paper", "feedforward", "off"]
-    model: Literal["paper", "lugre"]
     negative_offset_N: float
     negative_slope: float
     offset_N: float
@@ -102,6 +101,7 @@ class LoopKeys(TypedDict, total=False):
     sensor_pole_rad_per_s: float
     set_level: float
     slope: float
+    stiffness_N_per_deg: float
     still_time_s: float
     stray_N: float
     table: Sequence[Mapping[str, float]]
@@ -110,7 +110,6 @@ class LoopKeys(TypedDict, total=False):
     u_max_N: float
     u_min_N: float
     v0_N_per_s: float
-    viscous_N_s_per_deg: float
 
 
 class FrictionKeys(TypedDict, total=False):
@@ -137,34 +136,7 @@ class FrictionKeys(TypedDict, total=False):
     v0_N_per_s: float
 
 
-class LuGreKeys(TypedDict, total=False):
-    bristle_damping_N_s_per_deg: float
-    damping_N_s_per_deg: float
-    full_scale_N: float
-    gravity_N: float
-    inertia_N_s2_per_deg: float
-    input_max_N: float
-    k_max: float
-    k_min: float
-    m: float
-    negative_offset_N: float
-    negative_slope: float
-    offset_N: float
-    pulse_width_s: float
-    reset_level: float
-    sample_time_s: float
-    set_level: float
-    slope: float
-    stiffness_N_per_deg: float
-    table: Sequence[Mapping[str, float]]
-    u_max_N: float
-    u_min_N: float
-    v0_N_per_s: float
-    viscous_N_s_per_deg: float
-
-
 class CompensatorKeys(TypedDict, total=False):
-    bristle_damping_N_s_per_deg: float
     damping_N_s_per_deg: float
     full_scale_N: float
     gravity_N: float
@@ -173,7 +145,6 @@ class CompensatorKeys(TypedDict, total=False):
     k_max: float
     k_min: float
     m: float
-    model: Literal["paper", "lugre"]
     negative_offset_N: float
     negative_slope: float
     offset_N: float
@@ -187,7 +158,6 @@ class CompensatorKeys(TypedDict, total=False):
     u_max_N: float
     u_min_N: float
     v0_N_per_s: float
-    viscous_N_s_per_deg: float
 
 
 class GuardKeys(TypedDict, total=False):
