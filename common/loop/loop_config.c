@@ -59,8 +59,10 @@ static void fill_controller(common_loop_config_t *loop, const common_loop_keys_t
     controller->u_max_n                       = (float)keys->limits.u_max_n;
     if (keys->controller.kind == COMMON_CONTROLLER_PAPER || keys->controller.kind == COMMON_CONTROLLER_NONE)
     {
+        // None: one section, which is never stepped, and is no paper's controller that would hold for 1 ms alone.
         memcpy(loop->sections, paper, sizeof paper);
-        controller->section_count = TRIBO_PAPER_CONTROLLER_SECTION_COUNT;
+        controller->section_count =
+            keys->controller.kind == COMMON_CONTROLLER_PAPER ? TRIBO_PAPER_CONTROLLER_SECTION_COUNT : 1;
         return;
     }
     controller->section_count = keys->controller.section_count;
