@@ -100,6 +100,7 @@ void common_loop_config_fill(common_loop_config_t *loop, const common_loop_keys_
     loop->config.sample_time_s = (float)keys->sample_time_s;
     loop->config.input_max_n   = (float)keys->limits.input_max_n;
     loop->config.gain          = compensator->method == COMMON_METHOD_OFF ? 0.0f : (float)compensator->gain;
+    loop->config.usual_force_n = (float)compensator->usual_force_n;
     loop->feeds_forward        = compensator->method == COMMON_METHOD_FEEDFORWARD;
     loop->is_sensorless        = loop->feeds_forward && compensator->sensor == COMMON_SENSOR_NONE;
     loop->guarded              = compensator->guard.on != 0 && !loop->is_sensorless; // it judges y

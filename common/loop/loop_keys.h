@@ -126,7 +126,7 @@ typedef struct
 {
     common_method_t             method;
     common_loop_sensor_t        sensor;
-    double                      gain;
+    TRIBO_GAIN_PARAMETERS(COMMON_MEMBER)
     common_friction_config_t    friction;
     common_arm_config_t         arm;
     common_feedforward_config_t feedforward;

@@ -271,6 +271,10 @@ static void print_learned(const sim_result_t *result)
                      : result->learned.at_bound[d]     ? ", at a bound: not to be trusted"
                                                        : "");
     }
+    if (result->learns)
+    {
+        (void)printf("%-26s%.4g N: breakaway there sets the widths\n", "usual force", result->usual_force_n);
+    }
     print_apart(result);
     if (result->learned.harms)
     {

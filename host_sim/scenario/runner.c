@@ -225,6 +225,7 @@ static sim_result_t result_of(const run_t *run)
     const metrics_t *metrics = &run->metrics;
     sim_result_t     result  = {.learns               = sim_run_learns(run->config),
                                 .learned              = run->learned,
+                                .usual_force_n        = tribo_force_loop_f32_usual_force_n(&run->loop_config.config),
                                 .rms_error_n          = mean_root(metrics->error_squares, metrics),
                                 .max_error_n          = metrics->max_error_n,
                                 .rms_measured_error_n = mean_root(metrics->measured_squares, metrics),

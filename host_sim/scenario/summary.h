@@ -22,6 +22,7 @@ typedef struct
     const char               *guard;  ///< why it has faded the compensation; null: there is none
     bool                      learns; ///< `learned` is there: at the last r
     sim_learned_t             learned;
+    double                    usual_force_n; ///< where breakaway was taken for the widths of the feed-forward
     common_breakaway_config_t breakaway; ///< learned, at all forces
 } sim_result_t;
 
@@ -55,7 +56,7 @@ typedef struct
 ///                          chatter_ticks, Q_switches, ticks, limited_ticks, bad_inputs, simulated_s, wall_s, real_time_factor
 ///     with a guard         guard: none, hunting or overshoot
 ///     with a feed-forward  learned: positive and negative, each breakaway_N at the last r, relative_variance, travel_N,
-///                          at_bound and stays_at_bound; harms, forgotten (times)
+///                          at_bound and stays_at_bound; harms, forgotten (times), usual_force_N (breakaway there set the widths)
 ///     with a target        target, arithmetic, different_ticks, lock_step_ticks_per_s
 ///     in both arithmetics  q31 (errors and counters once more), difference (max_u_N, rms_u_N, max_F_N, rms_F_N)
 char *sim_summary_to_json(const sim_summary_t *summary);

@@ -123,7 +123,7 @@ bool native_tune(const float rig[12], float tuned[10], native_error_t *error)
                                                 .friction                = &made.friction,
                                                 .actuator_pole_rad_per_s = rig[7],
                                                 .sensor_pole_rad_per_s   = rig[8],
-                                                .input_max_n             = rig[9],
+                                                .usual_force_n           = rig[9],
                                                 .noise_n                 = rig[10],
                                                 .sample_time_s           = rig[11]};
     const native_scope_t              scope  = native_enter();
@@ -134,7 +134,7 @@ bool native_tune(const float rig[12], float tuned[10], native_error_t *error)
     {
         fed    = tribo_feedforward_f32_tuned(&known);
         guard  = tribo_guard_f32_tuned(&known);
-        status = tribo_feedforward_f32_init(&params, &fed, &model.arm, &made.friction, rig[9], rig[11]);
+        status = tribo_feedforward_f32_init(&params, &fed, &model.arm, &made.friction, TRIBO_F32_FORCE_MAX_N, rig[9], rig[11]);
     }
     status = status == TRIBO_OK ? tribo_guard_f32_init(&guard_params, &guard, rig[11]) : status;
     native_leave(&scope);

@@ -381,6 +381,25 @@ def test_the_table_has_what_the_json_has(sim):
         assert text in table
 
 
+@pytest.mark.parametrize("arith", ["f32", "q31"])
+def test_what_is_credible_scales_nothing(sim, arith):
+    def run(*settings):
+        settings = ("limits.full_scale_N=25", *settings) if arith == "q31" else settings
+        found = sim.summary("triangle", "--arith", arith, *(word for setting in settings for word in ("--set", setting)))
+        return found["rms_error_N"], found["learned"]["usual_force_N"]
+
+    first = run("limits.input_max_N=2")
+    assert first == (pytest.approx(1.13e-4, rel=0.05), 0.5)
+    assert all(run(f"limits.input_max_N={most}") == first for most in (3, 25, *((2000,) if arith == "f32" else ())))
+
+
+def test_the_widths_follow_the_force_around_which_the_rig_works(sim):
+    small, usual = (sim.summary("triangle", "--set", f"compensator.usual_force_N={force}") for force in (0.05, 0.5))
+    assert usual["rms_error_N"] < 1.15e-4 and small["rms_error_N"] != usual["rms_error_N"]
+    assert small["learned"]["usual_force_N"] == pytest.approx(0.05, rel=1e-6)
+    assert "usual force               0.05 N: breakaway there sets the widths" in sim.ok("run", "triangle", "--set", "compensator.usual_force_N=0.05")
+
+
 def test_inputs_beyond_the_credible_are_counted(sim):
     assert sim.summary("step", "--set", "limits.input_max_N=0.5")["bad_inputs"] == 8000
 

@@ -222,6 +222,7 @@ static void open_loop(loop_t *x, const case_t *c)
     config.controller.sections                     = beside;
     config.controller.section_count                = 1;
     config.input_max_n                             = (float)a->u_max;
+    config.usual_force_n                           = 0.25f * (float)a->u_max;
     config.controller.u_min_n                      = (float)-a->u_max;
     config.controller.u_max_n                      = (float)a->u_max;
     config.compensator.arm.damping                 = (float)(2.0 * a->h_s);

@@ -56,6 +56,7 @@ static tribo_force_loop_f32_config_t config_of(const foreign_rig_t        *rig,
     const tribo_breakaway_f32_t breakaway  = {.offset_n = (float)rig->offset, .slope = (float)rig->slope};
     config.sample_time_s                   = (float)rig->sample_time_s;
     config.input_max_n                     = (float)(0.5 * full_scale_n);
+    config.usual_force_n                   = 0.25f * config.input_max_n;
     config.controller.u_min_n              = (float)(-0.5 * full_scale_n);
     config.controller.u_max_n              = (float)(0.5 * full_scale_n);
     config.compensator.arm.inertia         = (float)rig->inertia;
@@ -88,7 +89,7 @@ tribo_status_t foreign_loop_open(foreign_loop_t *loop, const foreign_rig_t *rig,
                                                         .sensor_pole_rad_per_s   = (float)rig->sensor_pole,
                                                         .arm                     = &config.compensator.arm,
                                                         .friction                = &friction,
-                                                        .input_max_n             = config.input_max_n,
+                                                        .usual_force_n           = tribo_force_loop_f32_usual_force_n(&config),
                                                         .noise_n                 = (float)noise,
                                                         .sample_time_s           = config.sample_time_s};
     const tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_tuned(&believed);

@@ -95,6 +95,7 @@ static inline tribo_status_t feedforward_init_scaled(feedforward_t              
     tribo_force_loop_f32_config_t loop = tribo_force_loop_f32_paper();
     loop.compensator                   = *model;
     loop.input_max_n                   = (float)input_max;
+    loop.usual_force_n                 = 0.25f * (float)input_max;
     loop.sample_time_s                 = (float)h;
     loop.controller.sections           = feedforward_beside;
     loop.controller.section_count      = 1;

@@ -335,6 +335,7 @@ static void test_feedforward_of_another_rig_does_as_its_model(void)
                                                          .forgetting_per_n        = 0.002f,
                                                          .still_time_s            = 0.15f};
     config.input_max_n                                = 200.0f;
+    config.usual_force_n                              = 50.0f;
     config.controller.u_min_n                         = -200.0f;
     config.controller.u_max_n                         = 200.0f;
     config.compensator.friction.table                 = points;
@@ -350,6 +351,7 @@ static tribo_force_loop_f32_config_t paper_at(double sample_time_s, double input
 {
     tribo_force_loop_f32_config_t config          = beside_at(sample_time_s);
     config.input_max_n                            = (float)input_max_n;
+    config.usual_force_n                          = 0.25f * (float)input_max_n;
     config.compensator.friction.positive.offset_n = offset_n;
     config.compensator.friction.positive.slope    = slope;
     config.compensator.friction.negative.offset_n = offset_n;

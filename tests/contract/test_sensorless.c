@@ -486,6 +486,7 @@ static void test_no_sum_overflows_at_the_ends_of_the_scale_and_in_a_corrupt_stat
     config.compensator.friction.negative.slope = 0.9f;
     config.compensator.friction.gravity_n      = 3.9f;
     config.input_max_n                         = 4.0f;
+    config.usual_force_n                       = 1.0f;
     config.controller.u_min_n                  = -4.0f;
     config.controller.u_max_n                  = 4.0f;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&x));

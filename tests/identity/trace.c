@@ -283,6 +283,7 @@ static bool run_q31(const scenario_t *scenario)
     {
         tribo_force_loop_f32_config_t config = config_of(scenario, i);
         config.input_max_n                   = 1.9f;
+        config.usual_force_n                 = 0.475f;
         ok = ok && tribo_force_loop_q31_init(&params[i], points[i], &config, 2.0f, &headroom) == TRIBO_OK;
         for (int j = 0; ok && j < 4; j++)
         {

@@ -22,7 +22,7 @@ static tribo_feedforward_f32_rig_t    rig;
 
 static tribo_status_t init(float input_max, float h)
 {
-    return tribo_feedforward_f32_init(&params, &config, &model.arm, &friction, input_max, h);
+    return tribo_feedforward_f32_init(&params, &config, &model.arm, &friction, input_max, 0.5f, h);
 }
 
 static tribo_force_loop_f32_functions_t fed;
@@ -36,7 +36,7 @@ void setUp(void)
                                            .sensor_pole_rad_per_s   = 55.0f,
                                            .arm                     = &model.arm,
                                            .friction                = &friction,
-                                           .input_max_n             = 2.0f,
+                                           .usual_force_n           = 0.5f,
                                            .sample_time_s           = H};
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&friction, &model.friction, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
@@ -131,10 +131,10 @@ static void check(float *field, float value, tribo_status_t status)
 
 static void test_feedforward_init_names_the_field(void)
 {
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(NULL, &config, &model.arm, &friction, 2.0f, H));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, NULL, &model.arm, &friction, 2.0f, H));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, &config, NULL, &friction, 2.0f, H));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, &config, &model.arm, NULL, 2.0f, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(NULL, &config, &model.arm, &friction, 2.0f, 0.5f, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, NULL, &model.arm, &friction, 2.0f, 0.5f, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, &config, NULL, &friction, 2.0f, 0.5f, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, &config, &model.arm, NULL, 2.0f, 0.5f, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_SAMPLE_TIME, init(2.0f, 0.2f));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_INPUT_MAX, init(0.0f, H));
     check(&config.actuator_pole_rad_per_s, 0.0f, TRIBO_ERR_ACTUATOR_POLE);
@@ -294,8 +294,8 @@ static void test_a_tuned_guard_follows_breakaway_lag_and_noise(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.4f, tribo_guard_f32_tuned(&rig).quick_time_s);
     rig.sample_time_s = 1.0e-6f;
     TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.1f, tribo_guard_f32_tuned(&rig).quick_time_s);
-    rig.input_max_n = 4.0f; // breakaway at 1 N: 0.307 N
-    rig.noise_n     = 0.0f;
+    rig.usual_force_n = 1.0f; // breakaway there: 0.307 N
+    rig.noise_n       = 0.0f;
     tuned           = tribo_guard_f32_tuned(&rig);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.307f / 3.14f, tuned.turn_n);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.307f / 15.7f, tuned.stray_n);

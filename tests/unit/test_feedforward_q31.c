@@ -23,7 +23,7 @@ static tribo_feedforward_q31_memory_t memory;
 static tribo_status_t init(float input_max, float full_scale)
 {
     const tribo_arm_f32_config_t *const arm = &loop_config.compensator.arm;
-    return tribo_feedforward_q31_init(&params, &config, arm, &friction, input_max, H, full_scale);
+    return tribo_feedforward_q31_init(&params, &config, arm, &friction, input_max, 0.5f, H, full_scale);
 }
 
 /// Params of a loop, whose method runs without it.
@@ -63,8 +63,8 @@ static void check(float *field, float value, tribo_status_t status)
 static void test_feedforward_init_names_the_field(void)
 {
     const tribo_arm_f32_config_t *const arm = &loop_config.compensator.arm;
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_q31_init(NULL, &config, arm, &friction, 2.0f, H, FS));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_q31_init(&params, NULL, arm, &friction, 2.0f, H, FS));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_q31_init(NULL, &config, arm, &friction, 2.0f, 0.5f, H, FS));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_q31_init(&params, NULL, arm, &friction, 2.0f, 0.5f, H, FS));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_FULL_SCALE, init(2.0f, 0.0f));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_INPUT_MAX, init(2.1f, FS));
     check(&config.reversal_n, 1e-6f, TRIBO_ERR_REVERSAL_WIDTH);
@@ -239,7 +239,7 @@ static void test_a_soft_heavily_damped_arm_is_refused(void)
 static void test_the_width_of_a_step_ends_where_the_rate_does(void)
 {
     const tribo_arm_f32_config_t *const arm = &loop_config.compensator.arm;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_feedforward_q31_init(&params, &config, arm, &friction, 2.0f, 0.01f, FS));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_feedforward_q31_init(&params, &config, arm, &friction, 2.0f, 0.5f, 0.01f, FS));
     TEST_ASSERT_EQUAL_INT32(536870912 / 128, params.step); // 0.02 N, of which 0.0156 N fit
 }
 

@@ -283,14 +283,16 @@ typedef struct
 /// Defaults, for the paper's poles.
 tribo_feedforward_f32_config_t tribo_feedforward_f32_default(void);
 
-/// Checks `config` field by field and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME,
-/// TRIBO_ERR_INPUT_MAX, or the status of a row of TRIBO_FEEDFORWARD_PARAMETERS. Writes nothing unless TRIBO_OK. It leaves
+/// Checks `config` field by field and computes `params`. Breakaway at `usual_force_n` sets all widths; `input_max_n` bounds what is
+/// credible, and scales nothing else. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX,
+/// TRIBO_ERR_USUAL_FORCE, or the status of a row of TRIBO_FEEDFORWARD_PARAMETERS. Writes nothing unless TRIBO_OK. It leaves
 /// params.method empty: a loop runs only params that tribo_force_loop_feedforward_f32_init has made. Not for the tick.
 tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *params,
                                           const tribo_feedforward_f32_config_t *config,
                                           const tribo_arm_f32_config_t         *arm,
                                           const tribo_friction_f32_params_t    *friction,
                                           float                                 input_max_n,
+                                          float                                 usual_force_n,
                                           float                                 sample_time_s);
 
 /// Nothing learned; the next good tick is the first.
@@ -336,7 +338,7 @@ typedef struct
     float                              actuator_pole_rad_per_s, sensor_pole_rad_per_s;
     const tribo_arm_f32_config_t      *arm;
     const tribo_friction_f32_params_t *friction; ///< the model's breakaway
-    float                              input_max_n;
+    float                              usual_force_n; ///< |F| around which the rig works; breakaway there sets the widths
     float                              noise_n; ///< standard deviation of y; 0 if unknown
     float                              sample_time_s;
 } tribo_feedforward_f32_rig_t;

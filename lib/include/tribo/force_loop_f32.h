@@ -49,6 +49,7 @@ typedef struct
     float                          sample_time_s; ///< of every tick, 1e-6 to 0.1 s
     float                          input_max_n;   ///< largest credible |r| and |y|, 1e-6 to 1e6 N
     float                          gain;          ///< eta, 0 to 2; 0 turns the compensation off, 1 overcompensates
+    float                          usual_force_n; ///< |F| around which the rig usually works, 0 to 1e6 N; 0: tribo_force_loop_f32_usual_force_n
     tribo_controller_f32_config_t  controller;    ///< made for the same sample time
     tribo_compensator_f32_config_t compensator;
 } tribo_force_loop_f32_config_t;
@@ -195,8 +196,16 @@ tribo_force_loop_f32_config_t tribo_force_loop_f32_paper(void);
 /// 4.5 % of the breakaway per second.
 tribo_force_loop_f32_config_t tribo_force_loop_f32_rig(void);
 
+/// The force around which the rig usually works: usual_force_n, or a quarter of the larger |limit| of u where that is 0.
+static inline float tribo_force_loop_f32_usual_force_n(const tribo_force_loop_f32_config_t *config)
+{
+    const float up   = config->controller.u_max_n;
+    const float down = -config->controller.u_min_n;
+    return config->usual_force_n > 0.0f ? config->usual_force_n : 0.25f * (up > down ? up : down);
+}
+
 /// Checks `config` field by field and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL,
-/// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX, TRIBO_ERR_GAIN, or a status of tribo_controller_f32_init,
+/// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX, TRIBO_ERR_GAIN, TRIBO_ERR_USUAL_FORCE, or a status of tribo_controller_f32_init,
 /// TRIBO_ERR_PAPER_SAMPLE_TIME for the paper's controller at another sample time than its own, or a status of
 /// tribo_compensator_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,

@@ -36,7 +36,8 @@ extern "C" {
     ROW(INPUT, INPUT_MAX, input_max_n, "input_max_N", "N", 1e-6, 1e6, 2.0, PROTECTS, 0x102, "q31: 1e-6 to 1 full_scale_n", "largest credible reference and measurement; beyond it an input is bad")
 
 #define TRIBO_GAIN_PARAMETERS(ROW) \
-    ROW(GAIN, GAIN, gain, "gain", "-", 0, 2, 0.85, TUNES, 0x108, "", "η of `paper`: how much of the estimated friction is fed back; 0 turns the compensation off")
+    ROW(GAIN, GAIN, gain, "gain", "-", 0, 2, 0.85, TUNES, 0x108, "", "η of `paper`: how much of the estimated friction is fed back; 0 turns the compensation off") \
+    ROW(GAIN, USUAL_FORCE, usual_force_n, "usual_force_N", "N", 0, 1e6, 0, TUNES, 0x12c, "", "|F| around which the rig usually works: breakaway there sets the widths of `feedforward`; 0: a quarter of the larger |limit| of u")
 
 /// Of tribo_controller_f32_config_t.
 #define TRIBO_LIMIT_PARAMETERS(ROW) \
@@ -201,7 +202,7 @@ typedef struct
 #define TRIBO_PARAMETER_COUNT(list) (0 list(TRIBO_PARAMETER_ONE))
 
 /// A table a config; friction's two stand apart, as breakaway's is not read where there is a breakaway table.
-extern const tribo_parameter_t tribo_loop_parameters[3]; ///< sample_time_s, input_max_n, gain
+extern const tribo_parameter_t tribo_loop_parameters[4]; ///< sample_time_s, input_max_n, gain, usual_force_n
 extern const tribo_parameter_t tribo_limit_parameters[TRIBO_PARAMETER_COUNT(TRIBO_LIMIT_PARAMETERS)];
 extern const tribo_parameter_t tribo_cascade_parameters[TRIBO_PARAMETER_COUNT(TRIBO_CASCADE_PARAMETERS)];
 extern const tribo_parameter_t tribo_friction_parameters[TRIBO_PARAMETER_COUNT(TRIBO_FRICTION_PARAMETERS)];

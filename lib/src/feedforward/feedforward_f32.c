@@ -19,9 +19,9 @@ static float larger_f32(float a, float b)
 }
 
 /// B.
-static float breakaway_of(const tribo_friction_f32_params_t *friction, float input_max_n)
+static float breakaway_of(const tribo_friction_f32_params_t *friction, float usual_force_n)
 {
-    return bank_f32_prior(friction, 0.25f * input_max_n).L_n;
+    return bank_f32_prior(friction, usual_force_n).L_n;
 }
 
 /// tau.
@@ -60,7 +60,7 @@ tribo_feedforward_f32_config_t tribo_feedforward_f32_default(void)
     return standard;
 }
 
-static tribo_status_t check(const tribo_feedforward_f32_config_t *config, float input_max_n, float h)
+static tribo_status_t check(const tribo_feedforward_f32_config_t *config, float input_max_n, float usual_force_n, float h)
 {
     const tribo_status_t status = PARAMETERS_CHECK(tribo_feedforward_parameters, config);
     if (status != TRIBO_OK)
@@ -86,6 +86,10 @@ static tribo_status_t check(const tribo_feedforward_f32_config_t *config, float 
     if (config->presliding_n > 0.0f && config->presliding_n < 1.0e-9f)
     {
         return TRIBO_ERR_PRESLIDING;
+    }
+    if (!within(usual_force_n, 0.0f, TRIBO_F32_FORCE_MAX_N))
+    {
+        return TRIBO_ERR_USUAL_FORCE;
     }
     return within(input_max_n, FLT_MIN, TRIBO_F32_FORCE_MAX_N) ? TRIBO_OK : TRIBO_ERR_INPUT_MAX;
 }
@@ -151,18 +155,19 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
                                           const tribo_arm_f32_config_t         *arm,
                                           const tribo_friction_f32_params_t    *friction,
                                           float                                 input_max_n,
+                                          float                                 usual_force_n,
                                           float                                 sample_time_s)
 {
     if (params == NULL || config == NULL || arm == NULL || friction == NULL)
     {
         return TRIBO_ERR_NULL;
     }
-    const tribo_status_t status = check(config, input_max_n, sample_time_s);
+    const tribo_status_t status = check(config, input_max_n, usual_force_n, sample_time_s);
     if (status != TRIBO_OK)
     {
         return status;
     }
-    const float                          B    = breakaway_of(friction, input_max_n);
+    const float                          B    = breakaway_of(friction, usual_force_n);
     const float                          lag  = lag_of(config->actuator_pole_rad_per_s, arm);
     const tribo_feedforward_f32_config_t used = derived(config, B, lag);
     tribo_feedforward_f32_params_t       made = {.input_max_n  = input_max_n,
@@ -230,13 +235,13 @@ tribo_feedforward_f32_config_t tribo_feedforward_f32_tuned(const tribo_feedforwa
     config.actuator_pole_rad_per_s        = rig->actuator_pole_rad_per_s;
     config.sensor_pole_rad_per_s          = rig->sensor_pole_rad_per_s;
     return derived(&config,
-                   breakaway_of(rig->friction, rig->input_max_n),
+                   breakaway_of(rig->friction, rig->usual_force_n),
                    lag_of(rig->actuator_pole_rad_per_s, rig->arm));
 }
 
 tribo_guard_f32_config_t tribo_guard_f32_tuned(const tribo_feedforward_f32_rig_t *rig)
 {
-    const float              B     = breakaway_of(rig->friction, rig->input_max_n);
+    const float              B     = breakaway_of(rig->friction, rig->usual_force_n);
     tribo_guard_f32_config_t tuned = tribo_guard_f32_default();
 
     tuned.turn_n       = B / 3.14f;

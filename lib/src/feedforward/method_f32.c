@@ -404,6 +404,7 @@ tribo_status_t tribo_force_loop_feedforward_f32_init(tribo_force_loop_f32_params
                                             &config->compensator.arm,
                                             &made.compensator.friction,
                                             config->input_max_n,
+                                            tribo_force_loop_f32_usual_force_n(config),
                                             config->sample_time_s);
     }
     if (status == TRIBO_OK)

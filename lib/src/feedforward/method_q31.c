@@ -414,6 +414,7 @@ tribo_status_t tribo_force_loop_feedforward_q31_init(tribo_force_loop_q31_params
                                             &config->compensator.arm,
                                             &friction,
                                             config->input_max_n,
+                                            tribo_force_loop_f32_usual_force_n(config),
                                             config->sample_time_s,
                                             full_scale_n);
     }

@@ -69,7 +69,7 @@ def scenario(design, plant, f32, source):
     slowest = 3 * full_f / (6 * 2**31 * h)  # v0 of less than a bit a tick
     friction += [] if 2 * slowest <= 0.007 else [f"    v0_N_per_s: {2 * slowest:.9g}"]
     lines = [f'# A force loop with the controller "{design.name}", made by tribo-design of {source}.']
-    rig = {"offset": offset, "input-max": min(full, limit_f), "sample-time": h, "full-scale": full_f}
+    rig = {"offset": offset, "usual-force": limit_f / 4, "sample-time": h, "full-scale": full_f}
     if chain is None:
         lines += [f"# The plant and the arm are the paper's, as {why}."]
         arm, parts = None, [f"plant: {{step_s: {h / 10:.9g}}}"]

@@ -19,7 +19,7 @@ RIG = (
     ("stiffness", 3.84, 1e-12, "compensator.arm.stiffness_N_per_deg", "of the arm, N/deg"),
     ("actuator-pole", 200.0, 1e-3, "plant.actuator_pole_rad_per_s", "rad/s"),
     ("sensor-pole", 55.0, 1e-3, "sensor.pole_rad_per_s", "rad/s"),
-    ("input-max", 2.0, 1e-6, "limits.input_max_N", "largest credible force, N"),
+    ("usual-force", 0.5, 1e-6, "compensator.usual_force_N", "around which the rig works, N; of a LOOP.yaml without it a quarter of the larger limit of u"),
     ("noise", 0.0, 0.0, "sensor.noise_N", "standard deviation of the reading, N"),
     ("sample-time", 0.001, 1e-6, "sample_time_s", "s"),
 )
@@ -55,6 +55,9 @@ def rig_of(loop, path):
             if isinstance(value, bool) or not isinstance(value, (int, float)):
                 raise InputError(f"{path}: {key}: value {value!r}: must be a number")
             found[name] = float(value)
+    limits = [abs(value) for name in ("u_min_N", "u_max_N") if isinstance(value := _at(loop, f"limits.{name}"), (int, float))]
+    if not found.get("usual-force") and limits:  # as tribo_force_loop_f32_usual_force_n
+        found["usual-force"] = max(limits) / 4
     table = _at(loop, "compensator.friction.breakaway.table")
     if table:  # the line nearest to it
         import numpy as np

@@ -19,6 +19,7 @@ CROSSOVER = 0.7  # of the loop's bandwidth by its whole lag: the wish that the d
 SLOWER = (1.0, 0.7, 0.5, 0.35, 0.25)  # times that, until the loop is robust
 U_PER_R = 4.0
 ROOM = 1.5  # of full scale and largest credible force over the safe ones
+USUAL = 0.375  # of the largest safe force: where a loop mostly works
 LAGS = (0.8, 1.25)  # of the plant over the model, that compensation must still help with
 HELPS = 0.9  # of the error without compensation: in the worst of all plants it must be below
 
@@ -64,7 +65,7 @@ def scenario(rig, lags, result, law, readings, ripple):
             "plant": {"step_s": number(rig.sample_time_s / substeps(rig.sample_time_s)), "actuator_pole_rad_per_s": number(lags.actuator), "arm": arm,
                       "friction": accept.scaled(friction, 1 + law.falls), **law.plant, **(ripple.keys() if ripple else {})},
             "sensor": {"pole_rad_per_s": number(lags.sensor), "delay_s": number(lags.delay), "noise_N": number(readings.noise), "quantisation_N": number(readings.step)},
-            "controller": {"kind": "none"}, "compensator": {"arm": arm, "friction": friction},
+            "controller": {"kind": "none"}, "compensator": {"usual_force_N": number(USUAL * rig.force.largest), "arm": arm, "friction": friction},
             "limits": {"u_min_N": number(min(rig.force.low_N, 0.0)), "u_max_N": number(rig.force.high_N), "input_max_N": number(ROOM * rig.force.largest),
                        "full_scale_N": number(2 * ROOM * rig.force.largest)},
             "metrics": {"start_s": 10.0}}
