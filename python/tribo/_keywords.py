@@ -66,6 +66,7 @@ class RunKeys(TypedDict, total=False):
     turn_N: float
     u_max_N: float
     u_min_N: float
+    usual_force_N: float
 
 
 class LoopKeys(TypedDict, total=False):
@@ -109,6 +110,7 @@ class LoopKeys(TypedDict, total=False):
     turn_N: float
     u_max_N: float
     u_min_N: float
+    usual_force_N: float
     v0_N_per_s: float
 
 
