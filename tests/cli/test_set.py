@@ -25,7 +25,7 @@ def companions(key):
     """What has to be set first for this key to exist or to have an effect."""
     if key.startswith("compensator.feedforward."):
         return FED
-    if key == "compensator.sensor":
+    if key in ("compensator.sensor", "compensator.usual_force_N"):
         return FED
     if key.startswith("compensator.sensorless."):
         return [*FED, "compensator.sensor=none"]
@@ -121,6 +121,7 @@ VALUES = {
     "still_time_s": "0.5",
     "guard.quick_time_s": "0.01",
     "stray_N": "0.3",
+    "usual_force_N": "0.05",
     "limits.u_min_N": "-0.01",
     "limits.u_max_N": "0.3",
     "limits.input_max_N": "0.3",

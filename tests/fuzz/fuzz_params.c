@@ -46,12 +46,13 @@ static void write_header(const sim_config_t *config, const char *set, bool q31)
     FILE *stream = open_memstream(&text, &size);
     ALWAYS(stream != NULL);
     sim_params_header_write(stream,
-                            &(sim_params_header_t){.name      = "loop",
-                                                   .scenario  = set,
-                                                   .sets      = &set,
-                                                   .set_count = 1,
-                                                   .config    = &loop_config.config,
-                                                   .loop      = &loop});
+                            &(sim_params_header_t){.name        = "loop",
+                                                   .scenario    = set,
+                                                   .description = "",
+                                                   .sets        = &set,
+                                                   .set_count   = 1,
+                                                   .config      = &loop_config.config,
+                                                   .loop        = &loop});
     ALWAYS(fclose(stream) == 0);
     check_header(text);
     free(text);
