@@ -83,7 +83,7 @@ class Feedforward:
     def __init__(self, rig):
         h = rig.h
         self.rig = rig
-        self.B = rig.L(rig.input_max / 4)
+        self.B = rig.L(rig.input_max / 4)  # their usual force F_u
         self.tau = 1 / rig.actuator_pole + rig.damping / rig.stiffness
         self.w = rig.reversal or self.B / 314
         d4 = rig.presliding or self.B / 11

@@ -1,5 +1,5 @@
 // Private constants of the feed-forward; docs/feedforward.md gives the reason of each. Forces are fractions of B, the breakaway
-// at a quarter of input_max, and times are multiples of tau, the lag from u to F.
+// at the usual force, and times are multiples of tau, the lag from u to F.
 
 #ifndef TRIBO_FEEDFORWARD_CONSTANTS_H
 #define TRIBO_FEEDFORWARD_CONSTANTS_H
