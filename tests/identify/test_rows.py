@@ -1,6 +1,7 @@
 """What tribo-identify says of spoilt logs of a foreign simulator, before it fits anything; and that its advice, followed, leads to an answer. The whole study is strange.py."""
 
 import functools
+import itertools
 
 import numpy as np
 import pytest
@@ -129,6 +130,45 @@ def test_advice_that_is_followed_leads_to_no_other_refusal(what, monkeypatch):
     options = ["--scale", "u=" + text.split("--scale u=")[1].split(",")[0].split(" ")[0].rstrip(").")] if options is None else options
     code, text = strange.call(spoilt, options)
     assert len(fits) == 1 and "fitted" in text, text
+
+
+def limits_of(force, u):
+    """Rows at a limit of F."""
+    return np.mean(events.saturated(synthetic.log_of(np.c_[np.arange(len(u)) * 1e-3, u, force]).segments[0], "force"))
+
+
+def to_and_fro(corners, friction, seconds=4.0):
+    """u through its corners, and F behind it as sliding friction leaves it."""
+    u = np.interp(np.arange(0, seconds * (len(corners) - 1), 1e-3), seconds * np.arange(len(corners)), corners)
+    return u, np.array(list(itertools.accumulate(u, lambda F, now: min(max(F, now - friction), now + friction))))
+
+
+COARSE = {"as read": lambda F: F, "resampled": lambda F: np.interp(np.arange(len(F)), np.arange(len(F)) + np.random.default_rng(2).uniform(-0.3, 0.3, len(F)), F),
+          "averaged": lambda F: np.convolve(F, [0.25, 0.25, 0.25, 0.25], "same")}
+
+
+@pytest.mark.parametrize("scale", [0.001, 0.3, 1.0, 1000.0])
+@pytest.mark.parametrize("seen", COARSE)
+@pytest.mark.parametrize("step", [0.5, 3.0, 6.0])
+def test_the_largest_reading_of_a_coarse_sensor_is_no_limit(step, seen, scale):
+    """u goes on by nearly a step before the sensor shows the next, in whatever unit u is, and whatever became of F since; a sensor that ends goes on for longer."""
+    top = 6 * np.floor(40 / 6) + 2.9  # all but the next step of each
+    u, F = to_and_fro([0, 30, 10, top + 2, 5, top + 1.5, 0, 20, 8, top + 2, 0], 2.0)
+    F = F + 0.02 * np.random.default_rng(1).normal(size=len(F))
+    read = lambda F: COARSE[seen](np.round(F / step) * step)
+    assert limits_of(read(F), scale * u) == 0
+    assert limits_of(read(np.minimum(F, 18.0)), scale * u) > 0.1
+
+
+def test_a_force_that_has_overshot_to_its_largest_reading_is_at_no_limit():
+    """Backlash: once F came there by an impact, when u was far below where it is when F slides there."""
+    u, F = to_and_fro([0, 30, 10, 38, 5, 38, 0, 38, 0], 2.0)
+    F = np.round(F / 0.25) * 0.25
+    assert limits_of(F, u) == 0
+    first = int(np.argmax(F >= 20))
+    F[first : first + 3] = F.max()
+    assert limits_of(F, u) == 0
+    assert limits_of(np.minimum(F, 30.0), u) > 0.05
 
 
 @pytest.mark.parametrize("law", range(4))

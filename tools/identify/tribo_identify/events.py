@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import native, rows
-from .bins import bin_size, binned, noise_of, step_of
+from .bins import bin_size, binned, noise_of
 from .refusal import Refusal
 from .slides import PART, later, runs_of, spans
 
@@ -100,18 +100,31 @@ def _stands(x):
     return [(a, b, x[a]) for a, b in zip(begin, end) if b - a >= SATURATED_ROWS]
 
 
+def _a_step_of(x, u):
+    """By how far u goes on while x, on its way, stands at a level that it comes to from one side and leaves to the other: the median, 0 where x does not stand. With a sensor that
+    reads in coarse steps, through whatever filter or scale, this is a step."""
+    cuts = np.flatnonzero(np.diff(x)) + 1
+    ways = np.sign(np.diff(x)[cuts - 1])
+    passed = np.flatnonzero(ways[:-1] == ways[1:])
+    far = [np.max(w * (u[a:b] - u[a])) for a, b, w in zip(cuts[passed], cuts[passed + 1], ways[passed]) if b - a > 2]
+    return float(np.median(far)) if far else 0.0
+
+
 def saturated(segment, name=None):
     """Rows in which u or F, or the one that is named, stands at its largest or least value for long. A u that is held at other levels as well is held there, too; and F may rest there in
-    stiction, but not while u goes beyond where F came there, by more than F has to go until a sensor that reads in steps shows the next."""
-    rows, room = np.zeros(len(segment.u), bool), STANDS * np.ptp(segment.u) + 2 * step_of(segment.force)
-    for x in (segment.u, segment.force) if name is None else (getattr(segment, name),):
+    stiction, but not while u goes beyond where F came there, then or before, by more than F has to go until a sensor that reads in steps shows the next."""
+    rows, u = np.zeros(len(segment.u), bool), segment.u
+    for x in (u, segment.force) if name is None else (getattr(segment, name),):
         still = _stands(x)
-        held = x is segment.u and len({v for *_, v in still} - {x.min(), x.max()}) >= 2
+        held = x is u and len({v for *_, v in still} - {x.min(), x.max()}) >= 2
+        room = 0.0 if x is u else STANDS * np.ptp(u) + 2 * _a_step_of(x, u)
         for extreme, way in ((x.max(), 1), (x.min(), -1)):
-            came = int(np.argmax(x == extreme))
+            came = way * u[int(np.argmax(x == extreme))]
             for a, b, value in still:
-                goes_on = x is segment.u or np.max(way * (segment.u[a:b] - segment.u[came])) > room
-                rows[a:b] |= value == extreme and not held and goes_on and a > 0 and b < len(x)
+                if value != extreme:
+                    continue
+                came = max(came, way * u[a])  # F may have overshot to it before
+                rows[a:b] |= not held and (x is u or np.max(way * u[a:b]) - came > room) and a > 0 and b < len(x)
     return rows
 
 

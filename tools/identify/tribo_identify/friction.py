@@ -453,9 +453,9 @@ def _plausible(log, line, assume, level):
     lag, share = rows.lag_at_turns(log)
     if (level <= 0 or share < FOLLOWS) and _is_exchanged(log):
         raise Refusal("exchanged", "exchanged: u and F: F turns before u, which stands at each turn as F does because of friction. Name their columns the other way round (--column u=... --column F=...)")
+    if _is_turned(log, scale, share):
+        raise Refusal("sign", WRONG_SIGN)
     if share < FOLLOWS:
-        if scale < 0 or rows.lag_at_turns(rows.turned(log))[1] >= FOLLOWS:
-            raise Refusal("sign", WRONG_SIGN)
         raise Refusal("clock", f"clock: F does not follow u: at most {100 * share:.2g} % of the way of F goes the way of u, however late it is taken. Their stamps are not of one clock, or one of them is another column")
     if not _is_late(log, lag):
         raise not_of_one_clock(log, lag)
@@ -468,6 +468,12 @@ def _plausible(log, line, assume, level):
                       + ("" if assume else f"; if they are, say so: --assume symmetric takes up to a factor of {1 / 0.2:g}"))
     if late:
         raise not_of_one_clock(log, line.lag_s)
+
+
+def _is_turned(log, scale, share):
+    """Would F with the other sign follow u, and better? A turned F may seem to follow as well, before u."""
+    lag, other = rows.lag_at_turns(rows.turned(log))
+    return (share < FOLLOWS and (scale < 0 or other >= FOLLOWS)) or (other >= max(FOLLOWS, share) and _is_late(log, lag))
 
 
 def _is_exchanged(log):
