@@ -7,7 +7,7 @@ import numpy as np
 from . import native, rows
 from .bins import bin_size, binned, noise_of
 from .refusal import Refusal
-from .slides import PART, later, runs_of, spans
+from .slides import PART, SURE, later, runs_of, spans
 
 LONG = 0.3  # of the range of F: a sweep over so much stands for one load more
 STANDS = 0.05  # of the range of u
@@ -58,11 +58,13 @@ def find(log):
 
 
 def _ways(log):
-    """By row and segment: the ways of slow slides; where friction is too small for a slide to be slow beside it, those of the later parts of all slides."""
+    """By row and segment: the ways of slow slides; where friction is too small for a slide to be slow beside it, those of the later parts of all slides, if these are many: a few are a log that goes one way."""
     ways = [native.slides(s.u, s.force, s.h) for s in log.segments]
     if {1, -1} <= {int(w) for way in ways for w in np.unique(way)}:
         return ways
     found, offset = later(runs_of(log), PART), 0
+    if len(np.unique(found[:, 5])) < SURE:
+        return ways
     for s, way in zip(log.segments, ways):
         size = bin_size(s.h)
         for of, number in found[:, [4, 6]].astype(int):
