@@ -68,7 +68,9 @@ def turns(y, room):
 
 
 def shortest(lengths, room, span):
-    """The length that a slide has at least: a part of the range; where most slides are shorter, as at many levels, half of what they are."""
+    """The length that a slide has at least: a part of the range; where too few are so long, as at many levels, and most are shorter, half of what they are."""
+    if np.sum(lengths > SHORT * span) >= SURE:
+        return SHORT * span
     some = lengths[lengths > max(SHORTER * span, 3 * room)]
     return min(SHORT * span, 0.5 * float(np.median(some))) if len(some) >= SURE else SHORT * span
 
