@@ -263,7 +263,8 @@ def test_a_force_that_does_not_come_back_asks_for_no_more(moves, ramp, tmp_path)
     """It stands after it has risen, or before and after."""
     text, log = ramp
     log = log.copy()
-    log[:, 2] = np.maximum.accumulate(log[:, 2]) * (1 - moves[0] * (np.arange(len(log)) < 3000))
+    risen = np.maximum.accumulate(log[:, 2])
+    log[:, 2] = np.maximum(risen - moves[0] * risen[3000], 0.0) if moves[0] else risen
     (tmp_path / "rig.yaml").write_text(text)
     np.savetxt(tmp_path / "1-ramp-log.csv", log, delimiter=",", header="t_s,u_N,F_N", comments="", fmt="%.7g")
     code, said = way.call(tmp_path)
