@@ -401,21 +401,29 @@ static bool end_log(common_csv_t *csv, const reader_t *reader, const common_erro
     return csv->left_out == 0 || csv->left_out_first != NULL || common_error_set(reader->error, "out of memory");
 }
 
+/// Reads a row. What is wrong with it goes to `why`, not to the reader's error.
+static bool try_row(common_csv_t *csv, reader_t *reader, common_error_t *why)
+{
+    common_error_t *const error = reader->error;
+    why->text[0]                = '\0';
+    reader->error               = why;
+    const bool is_good          = read_row(csv, reader);
+    reader->error               = error;
+    return is_good;
+}
+
 /// Reads the rows of a log. One that is broken is left out; lines of words above and below the rows do not count.
 static bool read_log_rows(common_csv_t *csv, reader_t *reader)
 {
-    common_error_t *const error = reader->error;
-    common_error_t        first = {""}, one;
-    size_t                words = 0; // lines since the last row
+    common_error_t first = {""}, one;
+    size_t         words = 0; // lines since the last row
     for (; *reader->next != '\0'; begin_line(reader, common_csv_next_line(reader->next)))
     {
         if (common_csv_line_is_comment(reader->next))
         {
             continue;
         }
-        one.text[0]   = '\0';
-        reader->error = &one;
-        if (read_row(csv, reader))
+        if (try_row(csv, reader, &one))
         {
             csv->left_out += words;
             words = 0;
@@ -429,7 +437,6 @@ static bool read_log_rows(common_csv_t *csv, reader_t *reader)
             (void)common_error_set(&first, "%s", one.text); // keeps the first
         }
     }
-    reader->error = error;
     return end_log(csv, reader, &first);
 }
 

@@ -164,11 +164,13 @@ def test_accept_knows_the_rig_from_others(whole_way):
 
 
 def test_a_drive_takes_the_registers(whole_way, tmp_path):
-    """registers.txt line by line on tribo-desk, whose own file has limits as wide and the same tick; it runs with loop.yaml then."""
+    """registers.txt line by line on tribo-desk, whose own file has the same limits, tick, poles and arm; it runs with loop.yaml then."""
     result, built = whole_way[1] / "result", ROOT / "build/host-release"
     loop, port = yaml.YAML(typ="safe").load((result / "loop.yaml").read_text()), 20000 + os.getpid() % 20000
-    (tmp_path / "boot.yaml").write_text(f"duration_s: 5\nreference: {{kind: triangle}}\nlimits: {json.dumps(loop['limits'])}\n".replace('"', ""))
-    (tmp_path / "rig.yaml").write_text(f"scenario: boot.yaml\nrealtime: {{required: no, catch_up_ms: 10000}}\nheartbeat_ms: 10000\nbus: {{port: {port}}}\nstore: params.bin\n")
+    boot = {"duration_s": 5, "reference": {"kind": "triangle"}, "limits": loop["limits"], "compensator": {"arm": loop["compensator"]["arm"], "friction": {"gravity_N": loop["compensator"]["friction"]["gravity_N"]}}}
+    poles = f"actuator_pole_rad_per_s: {loop['plant']['actuator_pole_rad_per_s']:g}, sensor_pole_rad_per_s: {loop['sensor']['pole_rad_per_s']:g}"
+    (tmp_path / "boot.yaml").write_text("".join(f"{key}: {json.dumps(value)}\n" for key, value in boot.items()).replace('"', ""))
+    (tmp_path / "rig.yaml").write_text(f"scenario: boot.yaml\nrealtime: {{required: no, catch_up_ms: 10000}}\nheartbeat_ms: 10000\nbus: {{port: {port}}}\nstore: params.bin\ndrive: {{{poles}}}\n")
     desk = subprocess.Popen([os.environ.get("TRIBO_DESK", built / "firmware/desk/tribo-desk"), "rig.yaml"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
     try:
         while not desk.stderr.readline().startswith("off:"):

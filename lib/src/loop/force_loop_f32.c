@@ -39,8 +39,8 @@ static bool is_papers(const tribo_controller_f32_config_t *config)
 {
     const uint32_t each    = sizeof(tribo_biquad_f32_section_t) / sizeof(float);
     const uint32_t numbers = TRIBO_PAPER_CONTROLLER_SECTION_COUNT * each;
-    const float   *papers  = &tribo_paper_controller_f32[0].b0;
-    const float   *own     = &config->sections[0].b0;
+    const float   *papers  = (const float *)tribo_paper_controller_f32;
+    const float   *own     = (const float *)config->sections;
     bool           same    = config->section_count == TRIBO_PAPER_CONTROLLER_SECTION_COUNT;
     for (uint32_t i = 0; i < numbers && same; i++)
     {
