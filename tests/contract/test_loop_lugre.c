@@ -360,7 +360,7 @@ static void make_methods(void)
 
 static double lead_of(const loop_t *x)
 {
-    return fabs(TRIBO_LEARNED_N(double, x->memory.signals.TRIBO_N(lead), FULL_SCALE_N));
+    return fabs(TRIBO_LEARNED_N(double, x->memory.state.lead, FULL_SCALE_N));
 }
 
 /// How far u is from that of a loop that goes on, in the tick of the change and in the next, beyond what that loop's own u moves

@@ -20,7 +20,7 @@ def test_the_papers_rig_has_the_defaults_of_the_library(capsys):
 
 
 def test_noise_rig_and_tick_count(capsys):
-    found = tuned(capsys, "--offset", "0.07", "--negative-offset", "0.21", "--input-max", "20", "--noise", "0.02", "--sample-time", "0.002",
+    found = tuned(capsys, "--offset", "0.07", "--negative-offset", "0.21", "--command-max", "20", "--noise", "0.02", "--sample-time", "0.002",
                   "--actuator-pole", "100")
     assert found["feedforward"]["reversal_N"] == pytest.approx(1.64 / 314, rel=1e-5)  # mean L at 5 N is 1.64 N; over 314
     assert found["feedforward"]["presliding_N"] == pytest.approx(1.64 / 11, rel=1e-5)
@@ -38,7 +38,7 @@ def test_what_cannot_be_is_refused_by_name(capsys):
 
 LOOP = """sample_time_s: 2.0e-3
 plant: {actuator_pole_rad_per_s: 100}
-limits: {input_max_N: 20}
+limits: {u_max_N: 20}
 sensor: {noise_N: 0.02}
 compensator: {friction: {breakaway: BREAKAWAY}}
 """
@@ -50,8 +50,8 @@ def test_a_loop_says_the_same_as_its_numbers(tmp_path, capsys, breakaway):
     path = tmp_path / "loop.yaml"
     path.write_text(LOOP.replace("BREAKAWAY", breakaway))
     numbers = ("--offset", "0.07", "--negative-offset", "0.21", "--noise", "0.02", "--sample-time", "0.002", "--actuator-pole", "100")
-    assert tuned(capsys, str(path)) == tuned(capsys, *numbers, "--input-max", "20")
-    assert tuned(capsys, str(path), "--input-max", "40") == tuned(capsys, *numbers, "--input-max", "40") != tuned(capsys, *numbers, "--input-max", "20")
+    assert tuned(capsys, str(path)) == tuned(capsys, *numbers, "--command-max", "20")
+    assert tuned(capsys, str(path), "--command-max", "40") == tuned(capsys, *numbers, "--command-max", "40") != tuned(capsys, *numbers, "--command-max", "20")
 
 
 def test_a_loop_that_is_none_is_refused(tmp_path, capsys):

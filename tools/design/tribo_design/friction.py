@@ -68,7 +68,7 @@ def scenario(design, plant, f32, source):
     slowest = 3 * full_f / (6 * 2**31 * h)  # v0 of less than a bit a tick
     friction += [] if 2 * slowest <= 0.007 else [f"    v0_N_per_s: {2 * slowest:.9g}"]
     lines = [f'# A force loop with the controller "{design.name}", made by tribo-design of {source}.']
-    rig = {"offset": offset, "input-max": min(full, limit_f), "sample-time": h}
+    rig = {"offset": offset, "command-max": limit_f, "sample-time": h}
     if chain is None:
         lines += [f"# The plant and the arm are the paper's, as {why}."]
         arm, parts = None, [f"plant: {{step_s: {h / 10:.9g}}}"]
@@ -83,8 +83,7 @@ def scenario(design, plant, f32, source):
         rig |= {"actuator-pole": min(chain.actuator, fastest), "sensor-pole": min(chain.sensor, fastest),
                 "inertia": chain.inertia, "damping": chain.damping, "stiffness": STIFFNESS}
     tuned = dict(tuning.tuned(rig))
-    for key, bound, within in (("presliding_N", 1.01e-4 * full_f, max), ("forgetting_per_N", 31 / full_f, min)):  # what Q31 can hold
-        tuned[f"feedforward.{key}"] = f"{within(float(tuned[f'feedforward.{key}']), bound):.6g}"
+    tuned["feedforward.presliding_N"] = f"{max(float(tuned['feedforward.presliding_N']), 1.01e-4 * full_f):.6g}"  # what Q31 can hold
     lines += ["# Its friction is the paper's: copy it, give your rig's under compensator and plant, and put what tribo-design tune makes of it into compensator.",
               "# tribo-sim run plays it, tribo-sim params makes a drive's params of it."]
     return "\n".join([

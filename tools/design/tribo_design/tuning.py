@@ -19,7 +19,7 @@ RIG = (
     ("stiffness", 3.84, 1e-12, "compensator.arm.stiffness_N_per_deg", "of the arm, N/deg"),
     ("actuator-pole", 200.0, 1e-3, "plant.actuator_pole_rad_per_s", "rad/s"),
     ("sensor-pole", 55.0, 1e-3, "sensor.pole_rad_per_s", "rad/s"),
-    ("input-max", 2.0, 1e-6, "limits.input_max_N", "largest credible force, N"),
+    ("command-max", 2.0, 1e-6, "limits.u_max_N", "largest command of the motor, N: the rig works at forces of a quarter of it"),
     ("noise", 0.0, 0.0, "sensor.noise_N", "standard deviation of the reading, N"),
     ("sample-time", 0.001, 1e-6, "sample_time_s", "s"),
 )
