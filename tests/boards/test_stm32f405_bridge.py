@@ -242,12 +242,12 @@ FAULTS = {
 
 @pytest.fixture(scope="module")
 def survivor(tmp_path_factory):
-    """One chip for all faults that it survives, made anew where a case has failed. Their starts and stops, ten a second, swing F."""
+    """One chip for all faults that it survives, made anew where a case has failed. Their starts and stops, some a second, swing F."""
     boards = []
 
     def board():
         if not boards:
-            boards.append(BridgeBench(image=changed_image(tmp_path_factory.mktemp("image"), image=image_of(), temperature_ms=30, swing_ms=0)))
+            boards.append(BridgeBench(image=changed_image(tmp_path_factory.mktemp("image"), image=image_of(), temperature_ms=30, swing_ms=2000)))
             boards[0].wait_for("idle at tick")
         return boards[0]
 
