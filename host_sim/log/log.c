@@ -139,7 +139,7 @@ static int compare_numbers(const void *a, const void *b)
 static double median_interval(const double *t, size_t rows)
 {
     const size_t count     = rows - 1;
-    double      *intervals = malloc(count * sizeof *intervals);
+    double      *intervals = malloc(rows * sizeof *intervals);
     if (intervals == NULL)
     {
         return -1.0;

@@ -223,11 +223,11 @@ static double mean_root(double squares, const metrics_t *metrics)
 static sim_result_t result_of(const run_t *run)
 {
     const metrics_t *metrics = &run->metrics;
-    sim_result_t     result  = {.learns               = sim_run_learns(run->config),
-                                .learned              = run->learned,
-                                .usual_force_n        = tribo_force_loop_f32_usual_force_n(&run->loop_config.config),
-                                .rms_error_n          = mean_root(metrics->error_squares, metrics),
-                                .max_error_n          = metrics->max_error_n,
+    sim_result_t     result  = {.learns        = sim_run_learns(run->config),
+                                .learned       = run->learned,
+                                .usual_force_n = (double)tribo_force_loop_f32_usual_force_n(&run->loop_config.config),
+                                .rms_error_n   = mean_root(metrics->error_squares, metrics),
+                                .max_error_n   = metrics->max_error_n,
                                 .rms_measured_error_n = mean_root(metrics->measured_squares, metrics),
                                 .activity             = run->activity,
                                 .limited_ticks        = sim_loop_limited_ticks(&run->loop) + run->open_limited_ticks,
