@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Prints the C sources that a change since the merge base with origin/main touches, one a line: those changed, and those that
-include a changed header, directly or through others. Prints "all" where that is not known, where nothing differs from origin/main
-(a fresh clone of it, whose change is not known either) or where the rules themselves changed."""
+include a changed header, directly or through others. Prints "all" where that is not known or where the rules themselves changed."""
 
 import collections
 import pathlib
@@ -48,4 +47,4 @@ try:
     files = changed()
 except (OSError, IndexError, subprocess.CalledProcessError):
     sys.exit(print("all"))
-print("all" if not files or files & RULES else "\n".join(touched(files)))
+print("all" if files & RULES else "\n".join(touched(files)))

@@ -378,7 +378,7 @@ static void check_holds_u(double bad, bool at_r, const tribo_feedforward_f32_con
 // The defaults of a scenario.
 static void test_loop_coasts_over_what_is_beyond_full_scale_where_that_is_input_max(void)
 {
-    const double bad[] = {NAN, (double)INFINITY, -(double)INFINITY, 1e9, -1e9, 2.000001, -2.000001};
+    const double bad[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 1e9, -1e9, 2.000001, -2.000001};
     const tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_default();
     config.gain                                      = 0.0f;
     config.input_max_n                               = (float)FULL_SCALE_N;

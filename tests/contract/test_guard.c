@@ -188,7 +188,7 @@ static void test_whatever_the_signals_the_fade_is_within_0_and_1(void)
 
 static void test_it_judges_nothing_by_what_is_beyond_the_scale_or_no_number(void)
 {
-    const double bad[] = {NAN, (double)INFINITY, -(double)INFINITY, 1e9, -1e9};
+    const double bad[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 1e9, -1e9};
     swing(3, 100, 0.02, 0.0);
     const guard_t before = guard;
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)

@@ -44,7 +44,7 @@ static double number_of(uint32_t word)
 static void put(uint32_t word, double value)
 {
     const float    number = (float)value;
-    const uint32_t whole  = (uint32_t)value;
+    const uint32_t whole  = (uint32_t)fmin(fmax(value, 0.0), (double)UINT32_MAX); // a pole of 1e12 is a number
     memcpy(&params.words[word], params_is_number(word) ? (const void *)&number : (const void *)&whole, sizeof whole);
 }
 

@@ -130,7 +130,7 @@ int iio_channel_attr_read_double(const struct iio_channel *channel, const char *
     (void)channel;
     if (asked != NULL && strncmp(asked, attribute, strlen(attribute)) == 0)
     {
-        return -atoi(asked + strlen(attribute));
+        return -(int)strtol(asked + strlen(attribute), NULL, 10);
     }
     *value = MICRO;
     return strcmp(attribute, "scale") == 0 ? 0 : -ENOENT;
