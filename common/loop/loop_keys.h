@@ -124,8 +124,8 @@ typedef struct
 
 typedef struct
 {
-    common_method_t             method;
-    common_loop_sensor_t        sensor;
+    common_method_t      method;
+    common_loop_sensor_t sensor;
     TRIBO_GAIN_PARAMETERS(COMMON_MEMBER)
     common_friction_config_t    friction;
     common_arm_config_t         arm;

@@ -53,10 +53,10 @@ static bool add_learned(cJSON *object, const sim_result_t *result)
              cJSON_AddBoolToObject(one, "at_bound", learned->at_bound[d]) != NULL &&
              cJSON_AddBoolToObject(one, "stays_at_bound", learned->stays_at_bound[d]) != NULL;
     }
-    return ok && (!result->learns || (cJSON_AddBoolToObject(directions, "harms", learned->harms) != NULL &&
-                                      ADD(directions,
-                                          {"forgotten", (double)learned->forgotten},
-                                          {"usual_force_N", result->usual_force_n})));
+    return ok &&
+           (!result->learns ||
+            (cJSON_AddBoolToObject(directions, "harms", learned->harms) != NULL &&
+             ADD(directions, {"forgotten", (double)learned->forgotten}, {"usual_force_N", result->usual_force_n})));
 }
 
 static bool add_counters(cJSON *object, const sim_result_t *result)

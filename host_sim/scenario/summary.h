@@ -23,7 +23,7 @@ typedef struct
     bool                      learns; ///< `learned` is there: at the last r
     sim_learned_t             learned;
     double                    usual_force_n; ///< where breakaway was taken for the widths of the feed-forward
-    common_breakaway_config_t breakaway; ///< learned, at all forces
+    common_breakaway_config_t breakaway;     ///< learned, at all forces
 } sim_result_t;
 
 /// Of two loops over the metrics window: Q31 minus f32.

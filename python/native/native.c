@@ -134,7 +134,13 @@ bool native_tune(const float rig[12], float tuned[10], native_error_t *error)
     {
         fed    = tribo_feedforward_f32_tuned(&known);
         guard  = tribo_guard_f32_tuned(&known);
-        status = tribo_feedforward_f32_init(&params, &fed, &model.arm, &made.friction, TRIBO_F32_FORCE_MAX_N, rig[9], rig[11]);
+        status = tribo_feedforward_f32_init(&params,
+                                            &fed,
+                                            &model.arm,
+                                            &made.friction,
+                                            TRIBO_F32_FORCE_MAX_N,
+                                            rig[9],
+                                            rig[11]);
     }
     status = status == TRIBO_OK ? tribo_guard_f32_init(&guard_params, &guard, rig[11]) : status;
     native_leave(&scope);

@@ -89,9 +89,9 @@ tribo_status_t foreign_loop_open(foreign_loop_t *loop, const foreign_rig_t *rig,
                                                         .sensor_pole_rad_per_s   = (float)rig->sensor_pole,
                                                         .arm                     = &config.compensator.arm,
                                                         .friction                = &friction,
-                                                        .usual_force_n           = tribo_force_loop_f32_usual_force_n(&config),
-                                                        .noise_n                 = (float)noise,
-                                                        .sample_time_s           = config.sample_time_s};
+                                                        .usual_force_n = tribo_force_loop_f32_usual_force_n(&config),
+                                                        .noise_n       = (float)noise,
+                                                        .sample_time_s = config.sample_time_s};
     const tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_tuned(&believed);
     const tribo_guard_f32_config_t       guard       = tribo_guard_f32_tuned(&believed);
     if (status == TRIBO_OK)

@@ -83,32 +83,42 @@ static double against(friction_t *f, double L, double x, double v, double stop, 
         f->last = x;
         return sum + 0.02 * f->stiff * v * 1e-2;
     }
-    const double g    = L * (f->sliding + (1.0 - f->sliding) * exp(-fabs(v) / f->stribeck));
-    const double was  = f->bristle;
-    f->bristle        = (was + dt * v) / (1.0 + dt * f->stiff * fabs(v) / g);
+    const double g   = L * (f->sliding + (1.0 - f->sliding) * exp(-fabs(v) / f->stribeck));
+    const double was = f->bristle;
+    f->bristle       = (was + dt * v) / (1.0 + dt * f->stiff * fabs(v) / g);
     return f->stiff * f->bristle + 0.004 * f->stiff * (f->bristle - was) / dt;
 }
 
 int main(int count, char **arguments)
 {
-    words = count;
-    word  = arguments;
-    FILE *file = fopen(arguments[1], "r");
+    words              = count;
+    word               = arguments;
+    FILE         *file = fopen(arguments[1], "r");
     static double at[400000], r[400000];
     size_t        rows = 0;
     while (file != NULL && rows < 400000 && fscanf(file, "%lf %lf", &at[rows], &r[rows]) == 2)
     {
         rows++;
     }
-    seed               = (uint64_t)key("seed", 1.0) * 7919u + 12345u;
-    const double h     = key("h", 1e-3);
-    const long   fine  = (long)ceil(h / 2.5e-5 - 1e-9);
-    const double dt    = h / (double)fine, m = key("m", 1.0), k = m * pow(key("w", 150.0), 2.0), c = 2.0 * key("z", 0.5) * m * key("w", 150.0);
+    seed              = (uint64_t)key("seed", 1.0) * 7919u + 12345u;
+    const double h    = key("h", 1e-3);
+    const long   fine = (long)ceil(h / 2.5e-5 - 1e-9);
+    const double dt = h / (double)fine, m = key("m", 1.0), k = m * pow(key("w", 150.0), 2.0),
+                 c     = 2.0 * key("z", 0.5) * m * key("w", 150.0);
     const double drive = 1.0 - exp(-dt / key("drive", 2e-3)), sensor = 1.0 - exp(-dt / key("sensor", 3e-3));
-    const double scale = key("scale", 1.0), bias = key("bias", 0.0), high = key("high", 20.0), cog = key("cog", 0.0), period = key("period", 1.0);
-    friction_t   f     = {.law = (int)key("law", 0.0), .offset = key("offset", 0.4), .slope = key("slope", 0.12), .down = key("down", 1.0), .sliding = key("sliding", 1.0),
-                          .stribeck = key("stribeck", 1.0) / k, .viscous = key("viscous", 0.0), .stiff = key("stiff", 30.0) * k, .warm = key("warm", 0.0), .warm_s = key("warm_s", 10.0)};
-    double x = 0.0, v = 0.0, force = 0.0, seen = 0.0, u = 0.0, filtered = 0.0, held = 0.0, trail[64] = {0.0};
+    const double scale = key("scale", 1.0), bias = key("bias", 0.0), high = key("high", 20.0), cog = key("cog", 0.0),
+                 period = key("period", 1.0);
+    friction_t f        = {.law      = (int)key("law", 0.0),
+                           .offset   = key("offset", 0.4),
+                           .slope    = key("slope", 0.12),
+                           .down     = key("down", 1.0),
+                           .sliding  = key("sliding", 1.0),
+                           .stribeck = key("stribeck", 1.0) / k,
+                           .viscous  = key("viscous", 0.0),
+                           .stiff    = key("stiff", 30.0) * k,
+                           .warm     = key("warm", 0.0),
+                           .warm_s   = key("warm_s", 10.0)};
+    double     x = 0.0, v = 0.0, force = 0.0, seen = 0.0, u = 0.0, filtered = 0.0, held = 0.0, trail[64] = {0.0};
     const int  late = (int)key("delay", 0.0), hold = (int)key("hold", 1.0);
     const long ticks = (long)(at[rows - 1] / h);
     size_t     place = 0;
@@ -120,13 +130,14 @@ int main(int count, char **arguments)
             place++;
         }
         const double wanted = r[place] + (r[place + 1] - r[place]) * (t - at[place]) / (at[place + 1] - at[place]);
-        double       y      = seen + key("noise", 0.0) * normal() + key("drift", 0.0) * t / at[rows - 1] + (t > key("tare_s", 1e9) ? key("tare", 0.0) : 0.0);
-        const double step   = key("step", 0.0);
-        y                   = step > 0.0 ? step * floor(y / step + 0.5) : y;
-        held                = n % hold == 0 ? y : held;
+        double       y      = seen + key("noise", 0.0) * normal() + key("drift", 0.0) * t / at[rows - 1] +
+                   (t > key("tare_s", 1e9) ? key("tare", 0.0) : 0.0);
+        const double step = key("step", 0.0);
+        y                 = step > 0.0 ? step * floor(y / step + 0.5) : y;
+        held              = n % hold == 0 ? y : held;
         // u = (r - y) / (1 + s / 10), backward Euler
         filtered += 10.0 * h / (1.0 + 10.0 * h) * (wanted - held - filtered);
-        u             = key("open", 0.0) > 0.0 ? wanted : fmin(fmax(filtered, -high), high);
+        u                   = key("open", 0.0) > 0.0 ? wanted : fmin(fmax(filtered, -high), high);
         const double row[3] = {t, u, held};
         fwrite(row, sizeof row, 1, stdout);
         trail[n % 64]        = u;

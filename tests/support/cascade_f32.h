@@ -3,8 +3,8 @@
 #ifndef TESTS_SUPPORT_CASCADE_F32_H
 #define TESTS_SUPPORT_CASCADE_F32_H
 
-#include "controller/biquad_f32.h"
 #include "controller/anti_windup_f32.h"
+#include "controller/biquad_f32.h"
 
 static inline float cascade_f32_step(const tribo_biquad_f32_params_t *params, tribo_biquad_f32_state_t *state, float x)
 {

@@ -3,9 +3,9 @@
 #ifndef TESTS_SUPPORT_CASCADE_Q31_H
 #define TESTS_SUPPORT_CASCADE_Q31_H
 
+#include "controller/anti_windup_q31.h"
 #include "controller/biquad_f32.h"
 #include "controller/biquad_q31.h"
-#include "controller/anti_windup_q31.h"
 #include "controller/headroom_q31.h"
 #include "number/fixed_q31.h"
 

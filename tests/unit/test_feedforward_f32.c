@@ -131,10 +131,13 @@ static void check(float *field, float value, tribo_status_t status)
 
 static void test_feedforward_init_names_the_field(void)
 {
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(NULL, &config, &model.arm, &friction, 2.0f, 0.5f, H));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, NULL, &model.arm, &friction, 2.0f, 0.5f, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
+                          tribo_feedforward_f32_init(NULL, &config, &model.arm, &friction, 2.0f, 0.5f, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
+                          tribo_feedforward_f32_init(&params, NULL, &model.arm, &friction, 2.0f, 0.5f, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, &config, NULL, &friction, 2.0f, 0.5f, H));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, &config, &model.arm, NULL, 2.0f, 0.5f, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
+                          tribo_feedforward_f32_init(&params, &config, &model.arm, NULL, 2.0f, 0.5f, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_SAMPLE_TIME, init(2.0f, 0.2f));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_INPUT_MAX, init(0.0f, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_USUAL_FORCE,
@@ -298,7 +301,7 @@ static void test_a_tuned_guard_follows_breakaway_lag_and_noise(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.1f, tribo_guard_f32_tuned(&rig).quick_time_s);
     rig.usual_force_n = 1.0f; // breakaway there: 0.307 N
     rig.noise_n       = 0.0f;
-    tuned           = tribo_guard_f32_tuned(&rig);
+    tuned             = tribo_guard_f32_tuned(&rig);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.307f / 3.14f, tuned.turn_n);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.307f / 15.7f, tuned.stray_n);
 }

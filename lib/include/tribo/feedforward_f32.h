@@ -338,9 +338,9 @@ typedef struct
     float                              actuator_pole_rad_per_s, sensor_pole_rad_per_s;
     const tribo_arm_f32_config_t      *arm;
     const tribo_friction_f32_params_t *friction; ///< the model's breakaway
-    float                              usual_force_n; ///< |F| around which the rig works; breakaway there sets the widths
-    float                              noise_n; ///< standard deviation of y; 0 if unknown
-    float                              sample_time_s;
+    float usual_force_n;                         ///< |F| around which the rig works; breakaway there sets the widths
+    float noise_n;                               ///< standard deviation of y; 0 if unknown
+    float sample_time_s;
 } tribo_feedforward_f32_rig_t;
 
 /// Parameters for a rig, with the derived ones in numbers. Checks nothing: the init functions refuse impossible values.

@@ -46,11 +46,11 @@ extern "C" {
 
 typedef struct
 {
-    float                          sample_time_s; ///< of every tick, 1e-6 to 0.1 s
-    float                          input_max_n;   ///< largest credible |r| and |y|, 1e-6 to 1e6 N
-    float                          gain;          ///< eta, 0 to 2; 0 turns the compensation off, 1 overcompensates
-    float                          usual_force_n; ///< |F| around which the rig usually works, 0 to 1e6 N; 0: tribo_force_loop_f32_usual_force_n
-    tribo_controller_f32_config_t  controller;    ///< made for the same sample time
+    float sample_time_s; ///< of every tick, 1e-6 to 0.1 s
+    float input_max_n;   ///< largest credible |r| and |y|, 1e-6 to 1e6 N
+    float gain;          ///< eta, 0 to 2; 0 turns the compensation off, 1 overcompensates
+    float usual_force_n; ///< |F| around which the rig usually works, 0 to 1e6 N; 0: tribo_force_loop_f32_usual_force_n
+    tribo_controller_f32_config_t  controller; ///< made for the same sample time
     tribo_compensator_f32_config_t compensator;
 } tribo_force_loop_f32_config_t;
 

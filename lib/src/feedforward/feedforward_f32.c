@@ -60,7 +60,10 @@ tribo_feedforward_f32_config_t tribo_feedforward_f32_default(void)
     return standard;
 }
 
-static tribo_status_t check(const tribo_feedforward_f32_config_t *config, float input_max_n, float usual_force_n, float h)
+static tribo_status_t check(const tribo_feedforward_f32_config_t *config,
+                            float                                 input_max_n,
+                            float                                 usual_force_n,
+                            float                                 h)
 {
     const tribo_status_t status = PARAMETERS_CHECK(tribo_feedforward_parameters, config);
     if (status != TRIBO_OK)

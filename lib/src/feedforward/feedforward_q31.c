@@ -123,7 +123,8 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
     }
     tribo_feedforward_f32_params_t f32;
 
-    tribo_status_t status = tribo_feedforward_f32_init(&f32, config, arm, friction, input_max_n, usual_force_n, sample_time_s);
+    tribo_status_t status =
+        tribo_feedforward_f32_init(&f32, config, arm, friction, input_max_n, usual_force_n, sample_time_s);
     if (status == TRIBO_OK)
     {
         status = check(&f32, full_scale_n);

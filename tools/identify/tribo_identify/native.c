@@ -84,12 +84,12 @@ static tribo_status_t start(model_t      *model,
     const tribo_compensator_f32_config_t config = config_of(p, model->table, points);
     const tribo_status_t                 status = tribo_compensator_f32_init(&model->params, &config, (float)h);
     tribo_compensator_f32_reset(&model->state);
-    model->scale                    = p[SCALE];
-    model->actuator                 = p[ACTUATOR] > 0.0 ? -expm1(-p[ACTUATOR] * h) : 1.0;
-    model->sensor                   = p[SENSOR] > 0.0 ? -expm1(-p[SENSOR] * h) : 1.0;
-    model->u_a                      = p[SCALE] * u;
-    model->y                        = start_n;
-    model->state.arm.force_n        = (float)start_n;
+    model->scale              = p[SCALE];
+    model->actuator           = p[ACTUATOR] > 0.0 ? -expm1(-p[ACTUATOR] * h) : 1.0;
+    model->sensor             = p[SENSOR] > 0.0 ? -expm1(-p[SENSOR] * h) : 1.0;
+    model->u_a                = p[SCALE] * u;
+    model->y                  = start_n;
+    model->state.arm.force_n  = (float)start_n;
     model->state.friction.n_n = (float)(model->u_a - start_n + p[GRAVITY]);
     return status;
 }
