@@ -82,7 +82,7 @@ static inline int32_t bank_q31_load(const tribo_feedforward_weights_q31_t *learn
 {
     const int32_t slope =
         force < 0 ? difference_q31(learned->slope, learned->scale) : sum_q31(learned->slope, learned->scale);
-    return sum_q31(learned->constant, bank_q31_times(slope, tribo_q31_magnitude(force), 29, (uint32_t)BANK_Q31_ONE));
+    return sum_q31(bank_q31_times(slope, tribo_q31_magnitude(force), 29, (uint32_t)BANK_Q31_ONE), learned->constant);
 }
 
 /// The model's and the learned load, within +-FS.
