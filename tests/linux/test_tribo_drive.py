@@ -286,14 +286,14 @@ def test_params_that_change_by_themselves_stop_a_drive_without_a_bus(drive):
     drive.write("rig.yaml", RIG + "drive: {residual_n: 0.1234567}\n")
     os.mkfifo(drive.folder / "ticks")
     (drive.folder / "done").touch()
-    process = drive.start("rig.yaml", "--ticks", "ticks,done")
-    with open(drive.folder / "ticks", "wb", buffering=0) as ticks:
-        ticks.write(b"." * 2000)
-        drive.until(lambda: (drive.folder / "done").stat().st_size == 2000, "no ticks")
-        assert poke(process, 0.1234567, 0.7) > 0
-        with contextlib.suppress(BrokenPipeError):
+    with drive.start("rig.yaml", "--ticks", "ticks,done") as process:
+        with open(drive.folder / "ticks", "wb", buffering=0) as ticks:
             ticks.write(b"." * 2000)
-    _, said = process.communicate(timeout=300)
+            drive.until(lambda: (drive.folder / "done").stat().st_size == 2000, "no ticks")
+            assert poke(process, 0.1234567, 0.7) > 0
+            with contextlib.suppress(BrokenPipeError):
+                ticks.write(b"." * 2000)
+        _, said = process.communicate(timeout=300)
     assert process.returncode == 3 and "fault: params changed" in said, said
 
 
@@ -338,7 +338,7 @@ def test_a_killed_loop_is_told(drive):
     drive.write("loop.yaml", SLOW)
     with drive.start("rig.yaml", "--log", "log.csv") as run:
         drive.until_rows(2)
-        loop = pathlib.pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()
+        loop = pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()
         os.kill(int(loop[0]), signal.SIGKILL)
         _, said = run.communicate(timeout=300)
     assert run.returncode == 128 + signal.SIGKILL
@@ -350,7 +350,7 @@ def test_late_ticks_are_made_up(drive):
     drive.write("rig.yaml", CLOCK_RIG)
     with drive.start("rig.yaml", "--duration", "10", "--log", "log.csv") as run:
         drive.until_rows(1000)
-        loop = int(pathlib.pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()[0])
+        loop = int(pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()[0])
         os.kill(loop, signal.SIGSTOP)
         time.sleep(0.3)
         os.kill(loop, signal.SIGCONT)
@@ -374,7 +374,7 @@ def test_more_than_the_bound_late_is_a_fault(drive):
     drive.write("rig.yaml", CLOCK_RIG.replace("catch_up_ms: 10000", "catch_up_ms: 1500"))
     with drive.start("rig.yaml", "--duration", "10", "--log", "log.csv") as run:
         drive.until_rows(100)
-        loop = int(pathlib.pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()[0])
+        loop = int(pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()[0])
         os.kill(loop, signal.SIGSTOP)
         time.sleep(1.8)
         os.kill(loop, signal.SIGCONT)
@@ -428,7 +428,7 @@ def test_a_desk_arms_no_watchdog(drive):
 
 def names_of(pid):
     """What killall, pkill and pidof look at."""
-    process = pathlib.pathlib.Path(f"/proc/{pid}")
+    process = pathlib.Path(f"/proc/{pid}")
     return {(process / "comm").read_text().strip(), pathlib.Path((process / "cmdline").read_bytes().split(b"\0")[0].decode()).name}
 
 
@@ -437,7 +437,7 @@ def test_one_killall_does_not_take_both_processes(drive):
     drive.write("loop.yaml", SLOW)
     with drive.start("rig.yaml", "--log", "log.csv") as run:
         drive.until_rows(2)
-        loop = int(pathlib.pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text())
+        loop = int(pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text())
         named = {pid: names_of(pid) for pid in (run.pid, loop)}
         for pid in (pid for pid, names in named.items() if pathlib.Path(drive.program).name in names):
             os.kill(pid, signal.SIGKILL)
