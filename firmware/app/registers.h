@@ -1,5 +1,5 @@
 /// The drive as a bus sees it: Modbus registers, of which every list is here or where params.h and config.h take it from.
-/// docs/registers.md is made of them, and tribo-link knows registers by these names.
+/// `tribo-link list --markdown` prints them, and tribo-link knows registers by these names.
 ///
 /// All registers are of 32 bits, two Modbus registers with the high one first, except the command. A write must hold whole
 /// ones; a read may cut one.

@@ -35,9 +35,8 @@ REASONS = [
     (".*", r"[^#]*--target (m0|m3|m4f|m7|rv32|serial|NAME)", "needs an emulator or a board; tests/lock_step"),
     ("examples/.*", r"\./force.py", HARDWARE + "; tests/examples plays it on stand-ins"),
     ("docs/your-rig.md", "", ELSEWHERE + "tests/rig"),
-    ("docs/reproduction.md", "", "written by tools/reproduce, which plays them"),
+    ("research/reproduction.md", "", "written by tools/reproduce, which plays them"),
     ("tests/mutation/README.md", "", "hours; by hand"),
-    ("CONTRIBUTING.md", "", ELSEWHERE + "tests/package/contributing.py"),
     (".*", r"(\S*/python )?(tools/bench|tools/sweep-report|tools/findings|tools/reproduce|tools/reference|tests/\w+/study|tests/\w+/foreign_study|tests/\w+/second_solver)",
      "a study: minutes to hours, by hand"),
     (".*", "build/host-release/tests/", "a study: minutes to hours, by hand"),
@@ -54,13 +53,13 @@ REASONS = [
     ("docs/identification.md", r"tools/tribo-identify (accept friction/loop.yaml --off|actuator)", "needs logs of a rig; tests/identify has some"),
     ("tools/design/README.md", "tribo-design identify-plant STEP.csv", "the page plays it with its own record, further down"),
     ("tools/design/README.md", "cp build/paper", "writes into the tree; tests/design/test_paper.py holds that it would change nothing"),
-    ("docs/playground.md", "tribo-sim run playground.yaml", "the page in a browser writes the file; tests/playground"),
+    ("docs/tools.md", "tribo-sim run playground.yaml", "the page in a browser writes the file; tests/playground"),
     ("docs/sweep.md", "tribo-sim merge", ELSEWHERE + "tests/cli/test_sweep.py"),
     ("examples/(bare/)?README.md", "tribo-sim params", ELSEWHERE + "tests/examples"),
     ("firmware/README.md", "tribo-link", ELSEWHERE + "tests/linux, against a drive"),
-    ("docs/plots.md", "tribo-sim plot (fault.csv|sweep_dir)", "needs a drive's or a study's files; tests/plot"),
-    ("docs/plots.md", r"tribo-sim plot .*\.html$", "needs uPlot (tools/setup plot); tests/plot"),
-    ("docs/plots.md", "TRIBO_PYTHON=", ELSEWHERE + "tests/python/test_mcap.py"),
+    ("docs/tools.md", "tribo-sim plot (fault.csv|sweep_dir)", "needs a drive's or a study's files; tests/plot"),
+    ("docs/tools.md", r"tribo-sim plot .*\.html$", "needs uPlot (tools/setup plot); tests/plot"),
+    ("docs/tools.md", "TRIBO_PYTHON=", ELSEWHERE + "tests/python/test_mcap.py"),
 ]
 
 
@@ -81,7 +80,7 @@ def logs(folder):
         shutil.copy(ROOT / "host_sim/scenarios/triangle.yaml", folder / name)
 
 
-GIVEN = {"tools/design/README.md": design, "docs/identification.md": logs, "docs/plots.md": logs, "docs/replay.md": logs, "docs/integration.md": logs, "docs/linux.md": logs,
+GIVEN = {"tools/design/README.md": design, "docs/identification.md": logs, "docs/tools.md": logs, "docs/integration.md": logs, "docs/linux.md": logs,
          "host_sim/scenarios/README.md": logs}
 
 
@@ -130,11 +129,11 @@ PLAYED = {page: rows for page in PAGES if (rows := [(number, command) for number
 def test_each_reason_is_of_a_command():
     unused = [(pages, begin) for pages, begin, _ in REASONS
               if not any(re.fullmatch(pages, page) and re.match(begin, command) for page in PAGES for _, command in commands_of(page))]
-    assert not [row for row in unused if row[0] not in ("CHANGELOG.md", "CONTRIBUTING.md", "docs/reproduction.md")]
+    assert not [row for row in unused if row[0] not in ("CHANGELOG.md", "research/reproduction.md")]
 
 
 def test_the_pages_have_their_commands():
-    assert {"tools/design/README.md", "docs/identification.md", "docs/plots.md", "docs/replay.md", "host_sim/scenarios/README.md"} <= set(PLAYED)
+    assert {"tools/design/README.md", "docs/identification.md", "docs/tools.md", "host_sim/scenarios/README.md"} <= set(PLAYED)
     design_page = [command for _, command in PLAYED["tools/design/README.md"]]
     assert [command for command in design_page if "example_rig" in command] == [
         "tribo-design tune example_rig.yaml", "tribo-sim run example_rig.yaml", "tribo-sim params example_rig.yaml --arith q31 --out example_rig.h"]

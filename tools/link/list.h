@@ -59,7 +59,7 @@ typedef enum
 
 #define LINK_WINDOW 62u ///< words
 
-/// docs/registers.md, on standard output.
+/// All registers as a page in Markdown, on standard output.
 void link_print_markdown(void);
 
 #endif

@@ -941,7 +941,7 @@ static const struct argp_option known[] = {
     {.name = "listen", .key = OPTION_LISTEN, .arg = "HOST:PORT", .doc = "serve: 127.0.0.1:8088 if left out"},
     {.name = "allow", .key = OPTION_ALLOW, .arg = "NAME", .doc = "serve: the name by which browsers on other machines call this one; without it nothing but loopback is served"},
     {.name = "acknowledge", .key = OPTION_ACKNOWLEDGE, .doc = "fault: acknowledges it"},
-    {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "list: as docs/registers.md"},
+    {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "list: as a page in Markdown, with types, units, ranges and defaults"},
     {.name = "help", .key = '?', .doc = "of a COMMAND: of it alone"},
     {.name = "usage", .key = OPTION_USAGE, .doc = "the options in short"},
     {.name = "version", .key = OPTION_VERSION, .doc = "of this program"},

@@ -19,7 +19,7 @@
 //                  stray_n: F broke away too early and too far. 4 in succession.
 //
 // An undercompensated arm breaks away late, with an error of the right sign. Its friction reverses with r, at most a few times
-// more. Over the closed-loop tables of docs/compensation.md no more than 8 reversals and 2 overshoots follow one another with
+// more. Over the closed-loop tables of research/compensation.md no more than 8 reversals and 2 overshoots follow one another with
 // the feed-forward; a hunting loop has 10 to 30 reversals a second.
 //
 // The cause is latched, and the fade of friction goes from 1 to 0 within fade_time_s; a restore undoes it as slowly.
