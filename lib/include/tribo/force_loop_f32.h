@@ -228,6 +228,23 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
                                 float                                y_n,
                                 tribo_force_loop_f32_signals_t      *signals);
 
+/// The tick in two halves, for a controller of your own between them: `e` to your controller, its output `v` to the second.
+///
+///     e = tribo_force_loop_f32_error(&params, &state, r, y);
+///     u = tribo_force_loop_f32_command(&params, &state, my_controller(e), &excess);
+///
+/// Guard, retuning and bad inputs as in the tick. The params' own controller does not run. `excess` is what the limit has taken, u less the
+/// sum of v and the method's term, 0 within the limits: it is what the anti-windup of your controller wants to know. Without a method
+/// u is v within the limits. A v that is not a number, or beyond 1e6 N, counts as a bad input and as 0. Cannot fail.
+float tribo_force_loop_f32_error(const tribo_force_loop_f32_params_t *params,
+                                 tribo_force_loop_f32_state_t        *state,
+                                 float                                r_n,
+                                 float                                y_n);
+float tribo_force_loop_f32_command(const tribo_force_loop_f32_params_t *params,
+                                   tribo_force_loop_f32_state_t        *state,
+                                   float                                v_n,
+                                   float                               *excess_n);
+
 /// The defaults, for forces about 1 N.
 tribo_guard_f32_config_t tribo_guard_f32_default(void);
 
