@@ -1,4 +1,4 @@
-"""tribo: force control for drives that know their own friction, from Python.
+"""tribo takes the friction out of motor drives; this is its Python package.
 
 All of it is the project's own C: runs are the simulator's, and have the same bits as `tribo-sim run`.
 

@@ -271,7 +271,7 @@ def facts(figures, record):
     m4f = figures["cortex-m4f"]
 
     def worst(processor, arithmetic):
-        return " / ".join(number(figures[processor][f"{arithmetic}.{name}"]) for name in ("worst.without_signals", "worst"))
+        return number(figures[processor][f"{arithmetic}.worst"])
 
     def span(of, arithmetic):
         least, most = (
@@ -288,33 +288,14 @@ def facts(figures, record):
 
     targets = ", ".join(name_of(p) for p in PROCESSORS).replace("M0", "Cortex-M0", 1)
     rows = [
-        [
-            "instructions of the worst tick, the paper's method, without / with signals",
-            f"Cortex-M4F: float32 {worst('cortex-m4f', 'f32')}, Q31 {worst('cortex-m4f', 'q31')}; Q31 on M3 {worst('cortex-m3', 'q31')},"
-            f" M0+ {worst('cortex-m0plus', 'q31')}, RV32IMC {worst('rv32imc', 'q31')}",
-        ],
-        [
-            "the same with the feed-forward, cheapest to worst",
-            f"Cortex-M4F: float32 {span(m4f, 'f32')}, Q31 {span(m4f, 'q31')}; Q31 on RV32IMC {span(figures['rv32imc'], 'q31')}",
-        ],
-        [
-            "RAM and flash of the snippet below, float32",
-            f"{number(m4f['f32.ram.readme'])} bytes of RAM an axis and {number(m4f['f32.flash.readme'])} bytes of flash, its set-up included, on the M4F at"
-            f" -Os; stack of a tick {number(m4f['f32.stack.feedforward'])} bytes",
-        ],
-        [
-            "with params made on the host, float32 / Q31",
-            f"flash {both('flash.fed')} bytes; with the paper's method alone {both('flash.step')} bytes, RAM {both('ram.axis')} bytes an axis and"
-            f" stack of a tick {both('stack.tick')} bytes",
-        ],
-        [
-            "accuracy against double, float32 / Q31",
-            f"friction within {exact('friction.golden')} N, u over the benchmark within {exact('force_loop.u')} N; the same bits on"
-            " every target",
-        ],
-        ["targets", f"{targets}, all emulated; Linux; an image for the STM32F405, never on hardware"],
+        ["instructions of a tick, cheapest to worst", f"float32 {span(m4f, 'f32')}, Q31 {span(m4f, 'q31')}; Q31 on RV32IMC {span(figures['rv32imc'], 'q31')}"],
+        ["the same with the paper's method, worst", f"float32 {worst('cortex-m4f', 'f32')}, Q31 {worst('cortex-m4f', 'q31')}; Q31 on M0+ {worst('cortex-m0plus', 'q31')}"],
+        ["RAM and flash of the C below, float32", f"{number(m4f['f32.ram.readme'])} bytes an axis, {number(m4f['f32.flash.readme'])} bytes with set-up; stack of a tick {number(m4f['f32.stack.feedforward'])} bytes"],
+        ["flash with params made on the host, float32 / Q31", f"{both('flash.fed')} bytes; with the paper's method alone {both('flash.step')} bytes"],
+        ["u over the benchmark against double, float32 / Q31", f"within {exact('force_loop.u')} N; the same bits on every target"],
+        ["targets", f"{targets}, all emulated; Linux; an image for the STM32F405"],
     ]
-    return table("what", ["measured, [all of it](docs/numbers.md)"], rows)
+    return table("what it costs", ["on a Cortex-M4F unless named; [all figures](docs/numbers.md)"], rows)
 
 
 def render(whole=False):

@@ -16,7 +16,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(sys.executable).parent
 PAGES = sorted(subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split())
-BEGINS = re.compile(r"(?:sudo |[A-Z_]+=\S+ )*(?:tribo-[a-z]+ |tribo-link$|(?:tools|build|tests)/[\w./-]+|cmake |pip |mbpoll |west |\./\w|mkdir |cp |alias )")
+BEGINS = re.compile(r"(?:sudo |[A-Z_]+=\S+ )*(?:tribo-[a-z]+ |tribo-link$|(?:tools|build|tests)/[\w./-]+|cmake |pip |mbpoll |west |\./\w|mkdir |cp |cc |python |alias )")
 PATIENCE_S = 900
 
 HARDWARE, OTHERS = "needs hardware", "needs programs of others"
@@ -45,6 +45,7 @@ REASONS = [
     (".*", "tools/tribo-fmu|tribo-sim fmu|tribo-fmu", ELSEWHERE + "tests/fmu"),
     (".*", "tools/packages", ELSEWHERE + "tests/examples/test_packages.py"),
     ("docs/linux.md", "tribo-drive ", HARDWARE),
+    ("AGENTS.md", "tribo-link ", ELSEWHERE + "tests/linux/test_live.py, against a drive"),
     (".*", "tribo-link (-d|--device) /dev", HARDWARE),
     ("docs/linux.md", "tribo-desk rig.yaml --duration 600", ELSEWHERE + "tests/linux"),
     ("docs/linux.md", r"tribo-link (watch|serve)", "goes on until Ctrl-C; tests/linux plays it"),
@@ -80,7 +81,15 @@ def logs(folder):
         shutil.copy(ROOT / "host_sim/scenarios/triangle.yaml", folder / name)
 
 
-GIVEN = {"tools/design/README.md": design, "docs/identification.md": logs, "docs/tools.md": logs, "docs/integration.md": logs, "docs/linux.md": logs,
+def experiment(folder):
+    """A log that friction can be identified from."""
+    plan = [BIN / "tribo-identify", "plan", "--low", "0", "--high", "0.9", "--noise", "0.001", "--out", folder / "plan"]
+    subprocess.run(plan, check=True, capture_output=True)
+    subprocess.run([os.environ["TRIBO_SIM"], "run", folder / "plan/plan.yaml", "--out", folder / "kept"], check=True, capture_output=True)
+    shutil.copy(folder / "kept/trace.csv", folder / "log.csv")
+
+
+GIVEN = {"AGENTS.md": experiment, "tools/design/README.md": design, "docs/identification.md": logs, "docs/tools.md": logs, "docs/integration.md": logs, "docs/linux.md": logs,
          "host_sim/scenarios/README.md": logs}
 
 
@@ -133,7 +142,7 @@ def test_each_reason_is_of_a_command():
 
 
 def test_the_pages_have_their_commands():
-    assert {"tools/design/README.md", "docs/identification.md", "docs/tools.md", "host_sim/scenarios/README.md"} <= set(PLAYED)
+    assert {"AGENTS.md", "README.md", "docs/control-engineer.md", "docs/firmware-engineer.md", "docs/roboticist.md", "tools/design/README.md", "docs/identification.md", "docs/tools.md", "host_sim/scenarios/README.md"} <= set(PLAYED)
     design_page = [command for _, command in PLAYED["tools/design/README.md"]]
     assert [command for command in design_page if "example_rig" in command] == [
         "tribo-design tune example_rig.yaml", "tribo-sim run example_rig.yaml", "tribo-sim params example_rig.yaml --arith q31 --out example_rig.h"]
@@ -147,10 +156,13 @@ def make_folder(folder):
     (folder / "build").mkdir()
     programs = folder / ".programs"
     programs.mkdir()
-    found = {"tribo-sim": os.environ["TRIBO_SIM"], "tribo-link": os.environ["TRIBO_LINK"]} | {path.name: path for path in BIN.glob("tribo-*")} | {
+    found = {path.name: path for path in BIN.glob("tribo-*")} | {
         "tribo-sim": os.environ["TRIBO_SIM"], "tribo-link": os.environ["TRIBO_LINK"]}
     for name, path in found.items():
         (programs / name).symlink_to(path)
+    python = programs / "python"  # no link: it would not know its environment
+    python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n', encoding="utf-8")
+    python.chmod(0o755)
     return programs
 
 
