@@ -3,9 +3,10 @@
 
     build.py OUT --sim TRIBO_SIM --shim FILE [--link TRIBO_LINK] [--drive TRIBO_DRIVE]
 
-Collects the pages of the tree in OUT/pages and what the programs print besides: keys, parameters, registers, all numbers. mkdocs-material
-makes OUT/site of them; the shim is iframe-worker's, with which a page that is opened as a file can be searched (tools/setup site brings
-both). A link that leads nowhere, also to a heading, is an error, and so is anything that a page would fetch. Open OUT/site/index.html.
+Collects the pages of the tree in OUT/pages and what the programs print besides: keys, parameters, registers, all numbers. With doxygen it
+has the reference of the headers, too. mkdocs-material makes OUT/site of them. The shim is iframe-worker's, with which a page that is opened
+as a file can be searched; tools/setup site brings both. A link that leads nowhere, also to a heading, is an error, and so is anything that
+a page would fetch. Open OUT/site/index.html.
 """
 
 import argparse
@@ -26,7 +27,7 @@ GROUPS = [
     ("Into a drive", ["docs/integration.md", "docs/parameters.md", "docs/numbers.md", "firmware/README.md", "docs/linux.md", "examples/"]),
     ("For a rig", ["docs/your-rig.md", "docs/identification.md", "tools/design/README.md", "host_sim/"]),
     ("Tools", ["docs/tools.md", "docs/sweep.md", "docs/python.md"]),
-    ("Look up", ["docs/keys.md", "docs/all-parameters.md", "docs/registers.md", "docs/drive-keys.md", "docs/all-numbers.md"]),
+    ("Look up", ["docs/keys.md", "docs/all-parameters.md", "docs/registers.md", "docs/drive-keys.md", "docs/all-numbers.md", "docs/headers.md"]),
     ("Understand and change", ["docs/architecture.md", "docs/feedforward.md", "research/", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", "tests/"]),
 ]
 
@@ -79,6 +80,16 @@ def print_pages(folder, options):
         (folder / "docs" / name).write_text(text, encoding="utf-8")
 
 
+def add_reference(folder, work):
+    """Doxygen's pages of the headers, and one that leads there."""
+    text = "There is no doxygen: `tools/setup reference` installs it.\n"
+    if shutil.which("doxygen"):
+        said(sys.executable, "-B", ROOT / "tools/reference", work)
+        shutil.copytree(work / "html", folder / "reference")
+        text = "[The reference of the headers](../reference/index.html), by the rooms of the library.\n"
+    (folder / "docs/headers.md").write_text(f"# Headers\n\n{text}", encoding="utf-8")
+
+
 def navigation(folder):
     there = sorted(str(path.relative_to(folder)) for path in folder.rglob("*.md"))
     listed = [(title, [page for entry in entries for page in there if page == entry or (entry.endswith("/") and page.startswith(entry))])
@@ -117,6 +128,7 @@ def main():
     for page in pages():
         collect(page, folder)
     print_pages(folder, options)
+    add_reference(folder, options.out / "reference")
     settings = Path(__file__).with_name("mkdocs.yml").read_text(encoding="utf-8")
     (options.out / "mkdocs.yml").write_text(f"{settings}nav:\n{navigation(folder)}", encoding="utf-8")
     done = subprocess.run([sys.executable, "-B", "-m", "mkdocs", "build", "--strict", "--config-file", options.out / "mkdocs.yml"],

@@ -127,6 +127,8 @@ float tribo_axis_f32_step(tribo_axis_f32_t *axis, float r_n, float y_n);
 
 /// The tick in two halves, for tribo_own: the error for your controller, then u for its output. See tribo_force_loop_f32_error.
 float tribo_axis_f32_error(tribo_axis_f32_t *axis, float r_n, float y_n);
+
+/// The second half: u in N for the output v of your controller.
 float tribo_axis_f32_command(tribo_axis_f32_t *axis, float v_n);
 
 /// What the limit took in the last command: u less the sum that was wanted; 0 within the limits.
@@ -145,6 +147,8 @@ void tribo_axis_f32_restore(tribo_axis_f32_t *axis);
 /// learned stays. `next` must live until another has been handed over and run for a tick. Statuses of the init; of the change TRIBO_ERR_NULL, of a next that
 /// was not made or an axis without init TRIBO_ERR_AXIS_ORDER, of another sample time TRIBO_ERR_SAMPLE_TIME.
 tribo_status_t tribo_axis_f32_prepare(tribo_axis_f32_params_t *next, const tribo_axis_f32_config_t *config);
+
+/// Hands the prepared params over, between two ticks; see _prepare.
 tribo_status_t tribo_axis_f32_change(tribo_axis_f32_t *axis, const tribo_axis_f32_params_t *next);
 
 /// Between two ticks, as is the import. Nothing learned before the init.

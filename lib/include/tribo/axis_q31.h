@@ -49,21 +49,31 @@ int32_t tribo_axis_q31_step(tribo_axis_q31_t *axis, int32_t r, int32_t y);
 
 /// See the twin.
 int32_t tribo_axis_q31_error(tribo_axis_q31_t *axis, int32_t r, int32_t y);
+
+/// See the twin.
 int32_t tribo_axis_q31_command(tribo_axis_q31_t *axis, int32_t v);
+
+/// See the twin.
 int32_t tribo_axis_q31_excess(const tribo_axis_q31_t *axis);
 
 /// See the twin; with float, so not for the tick.
 void tribo_axis_q31_report(const tribo_axis_q31_t *axis, tribo_axis_report_t *report);
+
+/// See the twin.
 void tribo_axis_q31_restore(tribo_axis_q31_t *axis);
 
 /// See the twin; another full scale is refused with TRIBO_ERR_FULL_SCALE.
 tribo_status_t tribo_axis_q31_prepare(tribo_axis_q31_params_t       *next,
                                       const tribo_axis_f32_config_t *config,
                                       float                          full_scale_n);
+
+/// Hands the prepared params over, between two ticks; see the twin.
 tribo_status_t tribo_axis_q31_change(tribo_axis_q31_t *axis, const tribo_axis_q31_params_t *next);
 
 /// See the twin.
-void           tribo_axis_q31_export(const tribo_axis_q31_t *axis, tribo_axis_q31_blob_t *blob);
+void tribo_axis_q31_export(const tribo_axis_q31_t *axis, tribo_axis_q31_blob_t *blob);
+
+/// See the twin.
 tribo_status_t tribo_axis_q31_import(tribo_axis_q31_t *axis, const tribo_axis_q31_blob_t *blob);
 
 #ifdef __cplusplus

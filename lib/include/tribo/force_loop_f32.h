@@ -240,6 +240,8 @@ float tribo_force_loop_f32_error(const tribo_force_loop_f32_params_t *params,
                                  tribo_force_loop_f32_state_t        *state,
                                  float                                r_n,
                                  float                                y_n);
+
+/// The second half of that tick: u in N for the output v of your controller.
 float tribo_force_loop_f32_command(const tribo_force_loop_f32_params_t *params,
                                    tribo_force_loop_f32_state_t        *state,
                                    float                                v_n,

@@ -174,6 +174,8 @@ int32_t tribo_force_loop_q31_error(const tribo_force_loop_q31_params_t *params,
                                    tribo_force_loop_q31_state_t        *state,
                                    int32_t                              r,
                                    int32_t                              y);
+
+/// The second half of that tick: u for the output v of your controller.
 int32_t tribo_force_loop_q31_command(const tribo_force_loop_q31_params_t *params,
                                      tribo_force_loop_q31_state_t        *state,
                                      int32_t                              v,
