@@ -353,7 +353,7 @@ static drive_fault_t check_rig(drive_t *drive, const faults_bounds_t *bounds, bo
     faults_loop_t *lasting  = &drive->lasting.loop;
     const bool     residual = faults_residual(bounds, lasting, drive->y, drive->expected.y);
     const bool     at_limit = faults_command_limit(bounds, lasting, limited);
-    const bool     swings   = faults_swinging(bounds, lasting, drive->r, drive->y, u);
+    const bool     swings   = faults_swinging(bounds, lasting, drive->r, drive->y, u, limited);
     const bool     tracking = faults_tracking(bounds, lasting, drive->y);
     return residual   ? DRIVE_FAULT_RESIDUAL
            : at_limit ? DRIVE_FAULT_COMMAND_LIMIT
