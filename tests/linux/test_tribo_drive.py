@@ -178,6 +178,19 @@ def test_a_constant_reference(drive):
     assert log["F_N"][-1] == pytest.approx(0.3, abs=0.02)
 
 
+@pytest.mark.parametrize("value, said", [
+    ("2e-41", "too small to be meant: 0, or at least 1e-09 N in size"), ("-1.6e-23", "too small to be meant: 0, or at least 1e-09 N in size"),
+    ("1e-400", "too small to be meant"), ("1e400", "is too large for a number"), ("0,5", "is not a number"), ("5N", "is not a number")])
+def test_what_was_meant_as_a_number_is_no_name_of_a_shape(drive, value, said):
+    run = drive.run("rig.yaml", "--check", f"--reference={value}")
+    assert run.returncode != 0 and f"--reference {value}: {said}" in run.stderr and "kind" not in run.stderr
+
+
+def test_the_least_force_that_is_meant(drive):
+    for value in ("0", "-0", "0e-50", "1e-9", "-1e-9"):
+        assert drive.run("rig.yaml", "--check", f"--reference={value}").returncode == 0
+
+
 def test_a_shape_as_reference(drive):
     log, _ = drive.ticks(200, "--reference", "sine")
     assert log["r_N"][0] == pytest.approx(0.5)

@@ -25,6 +25,9 @@ static link_row_t *add(const char  *name,
     row->is_float = is_float;
     row->unit     = unit[0] != '-' ? unit : "";
     row->text     = text;
+    row->least    = (double)(group != LINK_PARAM                                     ? PARAMS_LEAST_N
+                             : address < REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT ? params_least(0)
+                                                                                     : params_least(PARAMS_SECTIONS_AT));
     return row;
 }
 
@@ -328,9 +331,10 @@ void link_print_markdown(void)
         "the "
         "command has 32 bits:\ntwo Modbus registers, the high one at the address given, the low one at the next. A "
         "write "
-        "must hold both. A subnormal number is\nrefused with exception 3, as it usually means that words or bytes are "
-        "in "
-        "the wrong order; -0 counts as 0. "
+        "must hold both. A number too tiny to be meant is\nrefused with exception 3, as it usually means that words or "
+        "bytes are in the wrong order: a force below %.0e N, a param below %.0e, in a section\nor the table below "
+        "%.0e. 0 "
+        "is taken, and a master that computes r rounds it. -0 counts as 0. "
         "[firmware/README.md](../firmware/README.md)\nsays what the registers do together.\n\n"
         "## Params\n\nThe staged set is read and written at these addresses. The set that the drive runs with is read "
         "at "
@@ -354,6 +358,9 @@ void link_print_markdown(void)
         "two signs. A sign is 1, 0 or -1 in 32 bits. Each word has its low byte first.\n\n"
         "| name | address | type | unit | range | default | class | what |\n|---|---|---|---|---|---|---|---|\n",
         REGISTERS_VERSION,
+        (double)PARAMS_LEAST_N,
+        (double)params_least(0),
+        (double)params_least(PARAMS_SECTIONS_AT),
         REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT,
         REGISTERS_KEY,
         REGISTERS_UNLOCK_S,

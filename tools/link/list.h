@@ -25,6 +25,7 @@ typedef struct
     bool         protects;                      ///< changes only out of run and unlocked ...
     bool         wired;                         ///< ... or not at all
     double       low, high, normal;
+    double       least; ///< of the size of a float that is not 0
     const char  *unit, *text;
 } link_row_t;
 
