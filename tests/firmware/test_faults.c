@@ -734,6 +734,34 @@ static void test_a_bound_on_speed_needs_a_position(void)
     TEST_ASSERT_TRUE(error.value == 1.0f && error.low == 0.0f && error.high == 0.0f);
 }
 
+/// Beyond the end of its scale.
+static void check_no_level(float *level, const char *name, float value, float high)
+{
+    drive_config_error_t error;
+    const float          before = *level;
+    *level                      = value;
+    TEST_ASSERT_FALSE(drive_setup_init(&setup, &config, params, &board.port, &error));
+    TEST_ASSERT_EQUAL_STRING(name, drive_config_name(error.field));
+    TEST_ASSERT_EQUAL_FLOAT(value, error.value);
+    TEST_ASSERT_EQUAL_FLOAT(high, error.high);
+    *level = error.high; // what the refusal says is taken
+    TEST_ASSERT_TRUE(drive_setup_init(&setup, &config, params, &board.port, &error));
+    *level = before;
+}
+
+static void test_a_level_that_nothing_can_pass_is_refused(void)
+{
+    board.port.measures |= PORT_MEASURES_POSITION;
+    config.speed_ms = 10000;
+    check_no_level(&config.speed_max_units_per_s, "speed_max_units_per_s", 1e9f, 2147483520.0f / 10.0f);
+    if (TRIBO_IS_Q31)
+    {
+        check_no_level(&config.residual_n, "residual_n", 1.01f * config.full_scale_n, config.full_scale_n);
+        check_no_level(&config.tracking_n, "tracking_n", 1e6f, config.full_scale_n);
+        check_no_level(&config.tare_max_n, "tare_max_n", 1.01f * config.full_scale_n, config.full_scale_n);
+    }
+}
+
 // --- debounce ------------------------------------------------------------------------------------------------------
 
 static double spike(void)
@@ -1273,6 +1301,7 @@ int main(void)
     RUN_TEST(test_a_restart_is_no_way_around_the_speed);
     RUN_TEST(test_a_jump_of_the_arm_stops_at_once);
     RUN_TEST(test_a_bound_on_speed_needs_a_position);
+    RUN_TEST(test_a_level_that_nothing_can_pass_is_refused);
     RUN_TEST(test_n_bad_readings_of_m_stop);
     RUN_TEST(test_readings_that_the_debounce_leaves_out_stop_if_they_are_many);
     RUN_TEST(test_more_bad_readings_than_ticks_are_refused);
