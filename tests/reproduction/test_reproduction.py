@@ -54,10 +54,11 @@ def test_the_report_is_one_file_with_its_figures(report):
     assert sorted(file.stem for file in (report / "report").glob("*.png")) == sorted(QUICK)
 
 
-def test_every_section_is_in_the_document():
+def test_the_document_counts_what_it_has():
     document = (ROOT / "research" / "reproduction.md").read_text(encoding="utf-8")
-    for experiment in claims.EXPERIMENTS.values():
-        assert f"## {experiment.__doc__}\n" in document
+    agree, all_of_them = map(int, re.search(r"^(\d+) of (\d+) claims agree", document, re.M).groups())
+    verdicts = [verdict for _, verdict in rows(document).values()]
+    assert (verdicts.count(AGREES), len(verdicts)) == (agree, all_of_them)
 
 
 def test_an_unknown_claim_is_named(tmp_path):

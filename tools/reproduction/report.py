@@ -88,9 +88,8 @@ def write_summary(path, sections):
     parts = ["# The paper's claims, reproduced", INTRODUCTION,
              "`tools/reproduce --update` plays the claims and writes this page. What the paper says in each place, and the figures, are in the report whose "
              "name it prints.", count(sections)]
-    for section in sections:
-        rows = [(claim.where, claim.run, claim.verdict) for claim in section.claims]
-        parts += [f"## {section.title}", markdown_table(("where", "this run shows", "verdict"), rows)]
+    rows = [(claim.where, claim.run, claim.verdict) for section in sections for claim in section.claims]
+    parts.append(markdown_table(("where", "this run shows", "verdict"), rows))
     path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
 
 
