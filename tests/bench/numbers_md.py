@@ -118,9 +118,9 @@ FUNCTIONS = [
             ("instructions over fast triangles with rests, minimum / mean / worst (one that learns)", "feedforward.tick.min",
              "feedforward.tick.mean", "feedforward.tick.max"),
             ("worst over random inputs, limits and bad inputs", "feedforward.search.max"),
-            ("what a guard beside it adds, minimum / mean / worst", "guard.min", "guard.mean", "guard.max"),
+            ("what the guard adds, minimum / mean / worst", "guard.min", "guard.mean", "guard.max"),
             ("stack, bytes / where the method changes", "stack.feedforward", "stack.methods"),
-            ("its memory / params, bytes, beside the loop's", "ram.feedforward", "flash.feedforward_params"),
+            ("its memory / params, bytes, added to the loop's", "ram.feedforward", "flash.feedforward_params"),
             ("flash at -Os, bytes: loop with both methods and params", "flash.fed"),
         ],
         [],
@@ -203,7 +203,7 @@ def peers(figures, processors):
         if not any(found):
             return ""
         rows.append([text, *map(number, found), figures[processors[0]][f"peer.{peer}.error"]])
-    heading = "## Beside CMSIS-DSP\n\nThe paper's controller, two sections, one sample a call: instructions, and the error's RMS as a fraction of full scale.\n"
+    heading = "## Next to CMSIS-DSP\n\nThe paper's controller, two sections, one sample a call: instructions, and the error's RMS as a fraction of full scale.\n"
     m4f = figures["cortex-m4f"]
     ratios = [
         f"{int(m4f[f'peer.{ours}.instructions']) / int(m4f[f'peer.{theirs}.instructions']):.2f} of `{theirs}`"
