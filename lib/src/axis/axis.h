@@ -1,6 +1,6 @@
 // A force axis, a text for both arithmetics. It stands behind axis_f32.c's or axis_q31.c's words.
 
-#include "config.h"
+#include "axis_config.h"
 
 #define axis_init    NAME(axis, init)
 #define axis_step    NAME(axis, step)

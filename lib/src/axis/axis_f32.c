@@ -1,7 +1,7 @@
 #include "tribo/axis_f32.h"
 
 #include "../number/words_f32.h"
-#include "config.h"
+#include "axis_config.h"
 
 #define BLOB_VERSION TRIBO_AXIS_F32_BLOB_VERSION
 

@@ -1,7 +1,7 @@
 #include "tribo/axis_q31.h"
 
 #include "../number/words_q31.h"
-#include "config.h"
+#include "axis_config.h"
 
 #define BLOB_VERSION TRIBO_AXIS_Q31_BLOB_VERSION
 #define LEARNED_UNIT (1.0f / 536870912.0f)  // Q29
@@ -36,9 +36,11 @@ static axis_learned_t axis_learned(const tribo_axis_q31_t *axis, uint32_t direct
     const int32_t force = (int32_t)(params->usual_force_n / params->full_scale_n * 2147483520.0f);
     const tribo_feedforward_q31_learned_t learned =
         tribo_feedforward_q31_learned(&params->loop.compensator.friction, &axis->memory.state, direction, force);
+    // By halves: a conversion of 64 bits is a function that not every linker has.
+    const float travel = (float)(uint32_t)(learned.travel >> 32) * 4294967296.0f + (float)(uint32_t)learned.travel;
     return (axis_learned_t){(float)learned.L * unit_n,
                             (float)learned.relative_variance * PART_UNIT,
-                            (float)learned.travel * unit_n,
+                            travel * unit_n,
                             learned.stays_at_bound,
                             learned.harms};
 }

@@ -1,4 +1,4 @@
-#include "config.h"
+#include "axis_config.h"
 
 #include "../number/ieee_f32.h"
 #include "../number/ranges.h"

@@ -1,7 +1,7 @@
 // From the config of an axis to those of the parts below, for both arithmetics.
 
-#ifndef TRIBO_AXIS_CONFIG_H
-#define TRIBO_AXIS_CONFIG_H
+#ifndef TRIBO_AXIS_AXIS_CONFIG_H
+#define TRIBO_AXIS_AXIS_CONFIG_H
 
 #include "tribo/axis_f32.h"
 
