@@ -2,8 +2,8 @@
 
     findings.py DIR [--update]
 
-DIR has a folder for each study of host_sim/studies but the wide one, as tribo-sim sweep wrote it. Prints all tables, writes them with
-their figures to DIR/report.md. --update: writes those that research/findings.md has a place for into it, and its figure beside it.
+Plays each study of host_sim/studies but the wide one into a folder of DIR. Prints all tables, writes them with their figures to
+DIR/report.md. --update: writes those that research/findings.md has a place for into it, and its figure beside it.
 """
 
 import pathlib
@@ -13,6 +13,7 @@ import sys
 
 from matplotlib.colors import LogNorm
 
+import tribo
 from tribo_plot.look import FEEDFORWARD, GUIDE, PAPER, shade
 from tribo_plot.sweeps import Sweep, is_logarithmic, np, plt
 
@@ -204,8 +205,12 @@ def main():
     if len(sys.argv) not in (2, 3) or sys.argv[2:] not in ([], ["--update"]):
         sys.exit(__doc__)
     folder = pathlib.Path(sys.argv[1])
-    sweeps = {name: Sweep(folder / name) for name in ("triangles", "truths", "gain_breakaway", "asymmetry", "one_at_a_time",
-                                                        "uncertainty", "chatter")}
+    sweeps = {}
+    for name in ("triangles", "truths", "gain_breakaway", "asymmetry", "one_at_a_time", "uncertainty", "chatter"):
+        print(name, file=sys.stderr)
+        frame = tribo.sweep(name, folder / name)
+        tribo.sweep_report(frame, folder / name)
+        sweeps[name] = Sweep(frame)
     makers = {"triangles": triangles, "truths": truths, "gain_breakaway": gain_breakaway, "asymmetry": asymmetry,
               "one_at_a_time": one_at_a_time, "uncertainty": uncertainty, "chatter": chatter}
     tables = {name: maker(sweeps[name]) for name, maker in makers.items()}

@@ -470,6 +470,25 @@ def test_the_report_has_a_table_and_a_panel_for_each_axis(paired):
     assert [path.read_bytes() for path in written] == before
 
 
+def test_a_sweep_is_drawn_alone(here):
+    def plot(*words):
+        return subprocess.run([BIN / "tribo-plot", *words], capture_output=True, text=True, check=False)
+
+    sweep(STUDY, "o")
+    assert plot("o", "--out", "s.svg").returncode == 0 and "× the scenario's" in pathlib.Path("s.svg").read_text(encoding="utf-8")
+    (here / "run").mkdir()
+    done = plot("o", "run", "--out", "t.svg")
+    assert done.returncode == 1 and "a sweep is drawn alone" in done.stderr and not pathlib.Path("t.svg").exists()
+    pandas.DataFrame({"row": [1]}).to_parquet("other.parquet")
+    (here / "p").mkdir()
+    pathlib.Path("other.parquet").rename("p/rows.parquet")
+    assert "p/rows.parquet: is not of a sweep" in plot("p", "--out", "t.svg").stderr
+    cache = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "tribo"
+    if list(cache.glob("uplot-*")):
+        assert plot("o/rows.parquet", "--out", "s.html").returncode == 0
+        assert "× the scenario's" in pathlib.Path("s.html").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("path", sorted(STUDIES.glob("*.yaml")), ids=lambda path: path.stem)
 def test_the_projects_studies_can_be_played(path):
     study = tribo.Study(path.stem)
