@@ -112,7 +112,7 @@ class Axis:
         if self.kind == "log_uniform":
             x = self.a * (self.b / self.a) ** p
         elif self.kind == "normal":
-            from scipy.special import ndtr, ndtri
+            from scipy.special import ndtr, ndtri  # type: ignore[import-untyped]
 
             low, high = (ndtr((end - self.a) / self.b) for end in self.within) if self.within else (0.0, 1.0)
             x = self.a + self.b * float(ndtri(low + p * (high - low)))
@@ -152,7 +152,7 @@ class _Reader:
 
     def compose(self, content: str) -> Node:
         try:
-            root = YAML(typ="safe", pure=True).compose(io.StringIO(content))
+            root: Node | None = YAML(typ="safe", pure=True).compose(io.StringIO(content))
         except MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             raise ScenarioError(f"{self.path}:{mark.line + 1}:{mark.column + 1}: not valid YAML: {error.problem}") from None
@@ -453,7 +453,7 @@ class Study:
     def _draw_samples(self) -> None:
         """A sampled axis has random numbers of its own, from the seed and its name: adding an axis leaves the others. Sobol's points are drawn in all
         axes at once."""
-        from scipy.stats import qmc  # takes half a second
+        from scipy.stats import qmc  # type: ignore[import-untyped]
 
         for axis in self.grid:
             if not axis.is_listed:

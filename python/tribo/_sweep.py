@@ -23,8 +23,8 @@ from ._native import ffi, lib
 from ._study import MEASURES, Study
 
 if TYPE_CHECKING:
-    import pandas
-    import pyarrow
+    import pandas  # type: ignore[import-untyped]
+    import pyarrow  # type: ignore[import-untyped]
 
 BLOCK_ROWS_MAX = 1000
 BLOCKS = 512  # of a study with as many rows: what a kill costs is one block a worker
@@ -192,8 +192,8 @@ def _play_blocks(study: Study, blocks: Iterable[range], pool: _Pool | _Given) ->
         while not lost and len(pending) < 2 * pool.workers and (block := next(wanted, None)) is not None:
             try:
                 pending[pool.executor.submit(play_block, how, _jobs(study, block))] = block
-            except futures.BrokenExecutor as error:
-                if not pool.has_lost(error):
+            except futures.BrokenExecutor as broken:
+                if not pool.has_lost(broken):
                     raise
                 lost.append(block)
         if not pending and not lost:
@@ -294,7 +294,7 @@ class _Folder:
 
     def _read(self, path: Path) -> pyarrow.Table:
         import pyarrow
-        import pyarrow.parquet
+        import pyarrow.parquet  # type: ignore[import-untyped]
 
         try:
             table = pyarrow.parquet.read_table(path)
@@ -374,7 +374,7 @@ def _check(workers: int | None, shard: tuple[int, int] | None, executor: Any, ou
 
 
 def _play_all(study: Study, blocks: list[range], found: dict[int, pyarrow.Table], folder: _Folder | None, pool: _Pool | _Given, progress: bool | None) -> None:
-    from tqdm.auto import tqdm
+    from tqdm.auto import tqdm  # type: ignore[import-untyped]
 
     missing = [block for block in blocks if block.start not in found]
     try:
@@ -441,6 +441,6 @@ def sweep(study: Study | str | os.PathLike[str] | Mapping[str, Any], out: str | 
 def sweep_report(frame: pandas.DataFrame, folder: str | os.PathLike[str]) -> list[Path]:
     """Writes report.md into a folder: a table for each axis and the worst rows with the commands that play them; and ratio, rms and chatter against
     each axis as .png. Returns their paths."""
-    from tribo_plot import sweeps
+    from tribo_plot import sweeps  # type: ignore[import-untyped]
 
     return sweeps.report(frame, Path(folder))  # type: ignore[no-any-return]

@@ -37,7 +37,7 @@ REASONS = [
     ("docs/your-rig.md", "", ELSEWHERE + "tests/rig"),
     ("research/reproduction.md", "", "written by tools/reproduce, which plays them"),
     ("tests/mutation/README.md", "", "hours; by hand"),
-    (".*", r"(\S*/python )?(tools/bench|tools/sweep-report|tools/findings|tools/reproduce|tools/reference|tests/\w+/study|tests/\w+/foreign_study|tests/\w+/second_solver)",
+    (".*", r"(\S*/python )?(tools/bench|tools/findings|tools/reproduce|tools/reference|tests/\w+/study|tests/\w+/foreign_study|tests/\w+/second_solver)",
      "a study: minutes to hours, by hand"),
     (".*", "build/host-release/tests/", "a study: minutes to hours, by hand"),
     (".*", "build/demo/", "what tools/demo has built; tools/check plays tools/demo"),
@@ -55,10 +55,10 @@ REASONS = [
     ("tools/design/README.md", "tribo-design identify-plant STEP.csv", "the page plays it with its own record, further down"),
     ("tools/design/README.md", "cp build/paper", "writes into the tree; tests/design/test_paper.py holds that it would change nothing"),
     ("docs/tools.md", "tribo-sim run playground.yaml", "the page in a browser writes the file; tests/playground"),
-    ("docs/sweep.md", "tribo-sim merge", ELSEWHERE + "tests/cli/test_sweep.py"),
     ("examples/(bare/)?README.md", "tribo-sim params", ELSEWHERE + "tests/examples"),
     ("firmware/README.md", "tribo-link", ELSEWHERE + "tests/linux, against a drive"),
-    ("docs/tools.md", "tribo-sim plot (fault.csv|sweep_dir)", "needs a drive's or a study's files; tests/plot"),
+    ("docs/tools.md", "tribo-sim plot fault.csv", "needs a drive's files; tests/plot"),
+    ("docs/tools.md", "tribo-plot sweep_dir", "needs a sweep's files; tests/python"),
     ("docs/tools.md", r"tribo-sim plot .*\.html$", "needs uPlot (tools/setup plot); tests/plot"),
     ("docs/tools.md", "TRIBO_PYTHON=", ELSEWHERE + "tests/python/test_mcap.py"),
 ]
@@ -89,7 +89,13 @@ def experiment(folder):
     shutil.copy(folder / "kept/trace.csv", folder / "log.csv")
 
 
-GIVEN = {"AGENTS.md": experiment, "tools/design/README.md": design, "docs/identification.md": logs, "docs/tools.md": logs, "docs/integration.md": logs, "docs/linux.md": logs,
+def study(folder):
+    """The study that the page shows."""
+    page = (ROOT / "docs/sweep.md").read_text(encoding="utf-8")
+    (folder / "study.yaml").write_text(re.search(r"(?:^    .*\n)+", page, re.M)[0].replace("\n    ", "\n").removeprefix("    "), encoding="utf-8")
+
+
+GIVEN = {"docs/sweep.md": study, "AGENTS.md": experiment, "tools/design/README.md": design, "docs/identification.md": logs, "docs/tools.md": logs, "docs/integration.md": logs, "docs/linux.md": logs,
          "host_sim/scenarios/README.md": logs}
 
 
