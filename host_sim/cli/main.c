@@ -78,10 +78,9 @@ static int show_help(const sim_command_t *command)
     {
         (void)printf("Targets: %s.\n", sim_target_names());
     }
-    (void)puts(
-        "The folder of scenarios came with tribo-sim; TRIBO_SCENARIOS names another. The\n"
-        "images for --target are in the one named by TRIBO_FIRMWARE, or else where the presets build them.\n"
-        "Exit status: 0 done, 1 something is wrong with a file, a value or the run, 2 with the command line.");
+    (void)puts("The folder of scenarios came with tribo-sim; TRIBO_SCENARIOS names another. The\n"
+               "images for --target are in the one named by TRIBO_FIRMWARE, or else where the presets build them.\n"
+               "Exit status: 0 done, 1 something is wrong with a file, a value or the run, 2 with the command line.");
     return flushed();
 }
 
