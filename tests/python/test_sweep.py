@@ -316,7 +316,8 @@ def is_running(process):
 def started(study, *words):
     """The program in the middle of its rows, and its workers."""
     pathlib.Path("long.yaml").write_text(study)
-    process = subprocess.Popen([BIN / "tribo-sweep", "long.yaml", "--out", "o", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen([BIN / "tribo-sweep", "long.yaml", "--out", "o", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))  # which a shell's background ignores
     until(lambda: pathlib.Path("o/parts").exists() and (children(process.pid) or process.poll() is not None), "no workers")
     assert process.poll() is None, process.communicate()
     return process, children(process.pid)
