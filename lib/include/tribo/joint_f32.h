@@ -146,7 +146,7 @@ tribo_status_t tribo_joint_f32_gain(tribo_joint_f32_t *joint, float gain);
 /// By command, once the cause is found: the term comes back in a third of a second. What is learned stays.
 void tribo_joint_f32_restore(tribo_joint_f32_t *joint);
 
-/// The end-point force from current. An arm that sticks may hold anything within its friction: the interval is 2.2 times that wide, and as
+/// The end-point force from current. An arm that sticks may hold anything within its friction: the interval is 1.5 times that on either side, and as
 /// wide as 2 effort_max before anything is learned. Where it moves, `force` is without friction; acceleration is not taken out.
 tribo_joint_force_t tribo_joint_f32_force(const tribo_joint_f32_t *joint);
 

@@ -194,17 +194,21 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
     }
 }
 
-/// Where the term is to go.
+/// Where the term is to go. At rest it gives way to an effort that opposes it, and off q_ref it needs one that goes back: a term alone never
+/// moves the joint.
 static force_t wanted_term(const joint_t *x, force_t effort)
 {
     const force_t full = faded_by(x->level, x->share);
-    const force_t size = halved(full, x->turns > 1u ? x->turns - 1u : 0u);
+    force_t       size = halved(full, x->turns > 1u ? x->turns - 1u : 0u);
     force_t       less = within_of(x->kept, 0, size);
-    if (x->still == x->params.rest_ticks && x->is_off == 0u)
+    if (x->still == x->params.rest_ticks)
     {
-        const force_t wound   = minus(effort, x->offset);
-        const force_t opposed = within_of(x->sign < 0 ? wound : -wound, 0, size);
-        less                  = plus(opposed, opposed);
+        const force_t wound  = minus(effort, x->offset);
+        const force_t toward = x->sign < 0 ? -wound : wound;
+        const force_t most   = within_of(toward, 0, size / JOINT_SUPPORT) * JOINT_SUPPORT;
+        const force_t backs  = within_of(-toward, 0, size);
+        size                 = x->is_off != 0u ? most : size;
+        less                 = x->is_off != 0u ? 0 : plus(backs, backs);
     }
     return x->sign < 0 ? less - size : (x->sign > 0 ? size - less : 0);
 }

@@ -21,9 +21,10 @@
 #define JOINT_MODEL          0.1f    // of the friction: what a mean of slides leaves out
 #define JOINT_SLOW_MIN       16      // halves of a travel
 #define JOINT_SLIDE_MIN      32      // halves of a travel
+#define JOINT_SUPPORT        4       // times the effort that goes back, at rest
 #define JOINT_TURNS          4u      // at rest
 #define JOINT_AGAINST        4u      // slides
-#define JOINT_INTERVAL       1.1f    // of the friction, on either side
+#define JOINT_INTERVAL       1.5f    // of the friction, on either side: what sticks may hold half more than what slides
 #define JOINT_TICKS_MAX      (UINT32_C(1) << 20)
 
 /// In ticks, or as a fraction of a tick.

@@ -128,7 +128,7 @@ tribo_status_t tribo_joint_f32_gain(tribo_joint_f32_t *joint, float gain)
 
 tribo_joint_force_t tribo_joint_f32_force(const tribo_joint_f32_t *joint)
 {
-    return tribo_joint_force_of(joint->lagged - joint->load,
+    return tribo_joint_force_of(joint->slide.effort,
                                 joint->friction,
                                 joint->direction,
                                 joint->learned != 0u ? 0.0f : joint->params.effort_max);

@@ -165,7 +165,7 @@ static float effort_of(const tribo_joint_q31_t *joint, int32_t x)
 
 tribo_joint_force_t tribo_joint_q31_force(const tribo_joint_q31_t *joint)
 {
-    const float effort = effort_of(joint, joint->lagged) - effort_of(joint, joint->load);
+    const float effort = effort_of(joint, joint->slide.effort);
     return tribo_joint_force_of(effort,
                                 effort_of(joint, joint->friction),
                                 (float)joint->direction / (float)DIRECTION_ONE,
