@@ -80,8 +80,8 @@ static void guard(joint_t *x, way_t intended, way_t measured, way_t off)
     const way_t ahead = x->sign > 0 ? way_plus(measured, -intended) : way_plus(intended, -measured);
     const way_t sum   = way_plus(x->astray, ahead);
     x->astray         = sign_of(off) == -x->sign && sum > 0 ? sum : 0;
-    const long_t most = 2 * (long_t)x->slide.knee * (way_t)x->params.rest_ticks;
-    if (way_beyond(x->astray, JOINT_ASTRAY * x->params.half) && x->astray > most)
+    if (x->astray > JOINT_ASTRAY * x->params.half &&
+        x->astray > 2 * (long_t)x->slide.knee * (way_t)x->params.rest_ticks)
     {
         trip(x, TRIBO_JOINT_ASTRAY);
     }

@@ -36,7 +36,7 @@ static inline way_t way_plus(way_t a, way_t b)
 
 static inline way_t way_within(way_t x, way_t half)
 {
-    return bound_f32(x, half);
+    return limit_f32(x, -half, half);
 }
 
 static inline bool way_beyond(way_t x, way_t most)
