@@ -1,4 +1,4 @@
-# A Debian package by CPack; tools/deb builds it and says what it depends on.
+# A Debian package by CPack; tools/dev/deb builds it and says what it depends on.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME tribo)
 set(CPACK_PACKAGE_VENDOR "The tribo authors")

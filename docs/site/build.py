@@ -84,7 +84,7 @@ def add_reference(folder, work):
     """Doxygen's pages of the headers, and one that leads there."""
     text = "There is no doxygen: `tools/setup reference` installs it.\n"
     if shutil.which("doxygen"):
-        said(sys.executable, "-B", ROOT / "tools/reference", work)
+        said(sys.executable, "-B", ROOT / "tools/dev/reference", work)
         shutil.copytree(work / "html", folder / "reference")
         text = "[The reference of the headers](../reference/index.html), by the rooms of the library.\n"
     (folder / "docs/headers.md").write_text(f"# Headers\n\n{text}", encoding="utf-8")

@@ -71,7 +71,7 @@ def read():
 
 def write(rows):
     with RECORD.open("w") as file:
-        print("# How exact the library is: figure, measured, limit in its test. Written by tools/bench --update.", file=file)
+        print("# How exact the library is: figure, measured, limit in its test. Written by tools/dev/bench --update.", file=file)
         for name, (found, limit) in rows.items():
             print(f"{name:<32} {found:>10} {limit:>12}", file=file)
 
@@ -92,7 +92,7 @@ def main():
     ]
     print("\n".join(moved))
     if moved:
-        print("accuracy.py: accuracy.txt is not current; if that is meant: tools/bench --update")
+        print("accuracy.py: accuracy.txt is not current; if that is meant: tools/dev/bench --update")
     return bool(moved)
 
 

@@ -1,5 +1,5 @@
 """numbers_md.py [--check | --all]: writes docs/numbers.md and the table of facts in README.md from tests/target/budget.txt (by
-tools/bench-target) and accuracy.txt (by tools/bench). --check writes nothing and fails where they are not current. --all prints the page
+tools/dev/bench-target) and accuracy.txt (by tools/dev/bench). --check writes nothing and fails where they are not current. --all prints the page
 with every part of a tick on every processor.
 """
 
@@ -16,7 +16,7 @@ import budget  # noqa: E402
 
 NUMBERS = ROOT / "docs" / "numbers.md"
 README = ROOT / "README.md"
-START = "<!-- facts: written by tools/bench --update and tools/bench-target --update -->\n"
+START = "<!-- facts: written by tools/dev/bench --update and tools/dev/bench-target --update -->\n"
 END = "<!-- end -->\n"
 TITLES = {"f32": "float32", "q31": "Q31"}
 PROCESSORS = list(boards.EMULATED)
@@ -188,7 +188,7 @@ PEERS = [
 
 INTRODUCTION = """# Numbers
 
-`tools/bench --update` and `tools/bench-target --update` write this page; tests fail where a figure grows. **Nothing here has run on a real drive.** Instructions were
+`tools/dev/bench --update` and `tools/dev/bench-target --update` write this page; tests fail where a figure grows. **Nothing here has run on a real drive.** Instructions were
 counted exactly by QEMU, from the call to the return, in code from gcc 12 at -O2. Code size and flash are at -Os. Stack was measured by painting it. A tick has two
 sections and no breakaway table unless stated. The worst tick is the worst found in 60 s of `triangle` and 20 s of random, limiting and bad inputs; it is not
 proven. Results are the same bits on every target. `tests/bench/numbers_md.py --all` prints the parts of a tick and all eight processors: M0 is as M0+. In

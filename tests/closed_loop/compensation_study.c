@@ -2,7 +2,7 @@
 //
 //     build/host-release/tests/closed_loop/compensation_study_f32 [triangle|many|...]
 //
-// tools/bench-compensation measures more, on tribo-sim; only this study moves the environment and judges the learned values.
+// research/bench-compensation measures more, on tribo-sim; only this study moves the environment and judges the learned values.
 
 #include "compensation.h"
 #include "unity.h"

@@ -1,4 +1,4 @@
-"""The package managers themselves take what tools/packages writes, without a network: PlatformIO builds a program for a platform of this
+"""The package managers themselves take what tools/dev/packages writes, without a network: PlatformIO builds a program for a platform of this
 test's own, Conan makes its package, ESP-IDF's component manager packs its component."""
 
 import json
@@ -26,7 +26,7 @@ def alone(*command, **options):
 @pytest.fixture(name="package")
 def _package(tmp_path):
     def write(kind):
-        subprocess.run([ROOT / "tools" / "packages", tmp_path / "packages", kind], check=True, stdout=subprocess.DEVNULL, timeout=60)
+        subprocess.run([ROOT / "tools" / "dev" / "packages", tmp_path / "packages", kind], check=True, stdout=subprocess.DEVNULL, timeout=60)
         return tmp_path / "packages" / kind
 
     return write

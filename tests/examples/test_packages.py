@@ -1,4 +1,4 @@
-"""What tools/packages writes, as far as it can be built here: a package's manifest is read and its sources are compiled as it says."""
+"""What tools/dev/packages writes, as far as it can be built here: a package's manifest is read and its sources are compiled as it says."""
 
 import json
 import os
@@ -39,7 +39,7 @@ def run(*command, **options):
 @pytest.fixture(scope="module", name="packages")
 def _packages(tmp_path_factory):
     folder = tmp_path_factory.mktemp("packages")
-    run(ROOT / "tools" / "packages", folder)
+    run(ROOT / "tools" / "dev" / "packages", folder)
     return folder
 
 

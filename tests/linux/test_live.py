@@ -1,4 +1,4 @@
-"""tools/demo-drive, and what tribo-link shows of a drive while it runs: short, as JSON, live, to PlotJuggler and Teleplot."""
+"""tools/link/demo-drive, and what tribo-link shows of a drive while it runs: short, as JSON, live, to PlotJuggler and Teleplot."""
 
 import json
 import os
@@ -27,7 +27,7 @@ class Demo:
         self.folder = folder
         self.said = folder / "said.txt"
         with open(self.said, "w", encoding="utf-8") as said:
-            self.process = subprocess.Popen([ROOT / "tools/demo-drive", "--port", "0"], stdout=said, stderr=said, cwd=folder,
+            self.process = subprocess.Popen([ROOT / "tools/link/demo-drive", "--port", "0"], stdout=said, stderr=said, cwd=folder,
                                             env={**os.environ, "TMPDIR": str(folder)})
         until(lambda: "Ctrl-C" in self.text() or self.process.poll() is not None, "it does not start")
         self.tcp, self.line = re.search(r"runs at (\S+) and on (\S+)\. ", self.text()).groups()

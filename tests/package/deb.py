@@ -1,4 +1,4 @@
-"""deb.py SOURCE: tools/deb's packages, installed and run: this machine's in a clean chroot of Debian, the other processor's in QEMU.
+"""deb.py SOURCE: tools/dev/deb's packages, installed and run: this machine's in a clean chroot of Debian, the other processor's in QEMU.
 
 The first needs root and mmdebstrap.
 """
@@ -21,7 +21,7 @@ def say(*command, **options):
 
 def in_chroot(source, folder):
     """Installs with apt-get and all dependencies, runs, removes. Returns the run's log."""
-    deb, root = pathlib.Path(say(source / "tools/deb", cwd=source).splitlines()[-1]), folder / "root"
+    deb, root = pathlib.Path(say(source / "tools/dev/deb", cwd=source).splitlines()[-1]), folder / "root"
     codename = say("sh", "-c", ". /etc/os-release && echo $VERSION_CODENAME")
     say("mmdebstrap", "--variant=apt", codename, root)
     (root / "tribo.deb").write_bytes((source / deb).read_bytes())
@@ -50,7 +50,7 @@ def in_chroot(source, folder):
 
 
 def in_qemu(source, folder, arch, machine):
-    deb, root = source / say(source / "tools/deb", arch, cwd=source).splitlines()[-1], folder / arch
+    deb, root = source / say(source / "tools/dev/deb", arch, cwd=source).splitlines()[-1], folder / arch
     say("dpkg-deb", "-x", deb, root)
     assert say("dpkg-deb", "-f", deb, "Architecture") == arch and "libyaml-0-2" in say("dpkg-deb", "-f", deb, "Depends")
     cache = pathlib.Path(os.environ.get("XDG_CACHE_HOME", pathlib.Path.home() / ".cache")) / "tribo"

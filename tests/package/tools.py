@@ -1,4 +1,4 @@
-"""tools.py TOOLS: every program there says what it does and of which version it is, and does nothing else for it."""
+"""tools.py ROOT: every program of tools, tools/dev and research says what it does and of which version it is, and does nothing else for it."""
 
 import os
 import pathlib
@@ -6,12 +6,13 @@ import re
 import subprocess
 import sys
 
-TOOLS = pathlib.Path(sys.argv[1])
+ROOT = pathlib.Path(sys.argv[1])
+DIRECTLY = 8  # programs in tools itself
 INSTALLED_AS = {"demo-drive": "tribo-demo-drive"}
 # These make their Python environment first; tests/python/wheel.py has them as they are installed.
 WITH_ENVIRONMENT = {"tribo-identify", "tribo-rig"}
 
-VERSION = re.search(r'TRIBO_VERSION_STRING "(.*)"', (TOOLS.parent / "lib/include/tribo/status.h").read_text(encoding="utf-8"))[1]
+VERSION = re.search(r'TRIBO_VERSION_STRING "(.*)"', (ROOT / "lib/include/tribo/status.h").read_text(encoding="utf-8"))[1]
 
 
 def say(*command):
@@ -20,10 +21,13 @@ def say(*command):
     return done.stdout
 
 
-programs = [path for path in sorted(TOOLS.iterdir()) if path.is_file() and os.access(path, os.X_OK) and path.name not in WITH_ENVIRONMENT]
+programs = [path for folder in ("tools", "tools/dev", "tools/link", "research") for path in sorted((ROOT / folder).iterdir())
+            if path.is_file() and os.access(path, os.X_OK)]
 assert len(programs) > 15, programs
+assert sum(path.parent == ROOT / "tools" for path in programs) <= DIRECTLY, programs
 for program in programs:
-    name = program.name
-    called = INSTALLED_AS.get(name, name)
-    assert say(program, "--version") == f"{called if called.startswith('tribo-') else 'tools/' + called} {VERSION}\n", program
+    if program.name in WITH_ENVIRONMENT:
+        continue
+    called = INSTALLED_AS.get(program.name, program.name)
+    assert say(program, "--version") == f"{called if called.startswith('tribo-') else program.relative_to(ROOT)} {VERSION}\n", program
     assert len(say(program, "--help")) > 100, program

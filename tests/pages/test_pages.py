@@ -16,7 +16,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(sys.executable).parent
 PAGES = sorted(subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split())
-BEGINS = re.compile(r"(?:sudo |[A-Z_]+=\S+ )*(?:tribo-[a-z]+ |tribo-link$|(?:tools|build|tests)/[\w./-]+|cmake |pip |mbpoll |west |\./\w|mkdir |cp |cc |python |alias )")
+BEGINS = re.compile(r"(?:sudo |[A-Z_]+=\S+ )*(?:tribo-[a-z]+ |tribo-link$|(?:tools|research|build|tests)/[\w./-]+|cmake |pip |mbpoll |west |\./\w|mkdir |cp |cc |python |alias )")
 PATIENCE_S = 900
 
 HARDWARE, OTHERS = "needs hardware", "needs programs of others"
@@ -26,7 +26,7 @@ REASONS = [
     ("CHANGELOG.md", "", "what was, not what is"),
     ("README.md", "tools/", "installs packages; tools/check is what runs this"),
     (".*", "tools/setup", "installs packages"),
-    (".*", "tools/playground", ELSEWHERE + "tests/playground"),
+    (".*", "tools/dev/playground", ELSEWHERE + "tests/playground"),
     (".*", "pip install", ELSEWHERE + "tests/python/wheel.py"),
     (".*", "sudo ", "installs packages"),
     (".*", "west ", OTHERS),
@@ -35,15 +35,15 @@ REASONS = [
     (".*", r"[^#]*--target (m0|m3|m4f|m7|rv32|serial|NAME)", "needs an emulator or a board; tests/lock_step"),
     ("examples/.*", r"\./force.py", HARDWARE + "; tests/examples plays it on stand-ins"),
     ("docs/your-rig.md", "", ELSEWHERE + "tests/rig"),
-    ("research/reproduction.md", "", "written by tools/reproduce, which plays them"),
+    ("research/reproduction.md", "", "written by research/reproduce, which plays them"),
     ("tests/mutation/README.md", "", "hours; by hand"),
-    (".*", r"(\S*/python )?(tools/bench|tools/findings|tools/reproduce|tools/reference|tests/\w+/study|tests/\w+/foreign_study|tests/\w+/second_solver)",
+    (".*", r"(\S*/python )?(tools/dev/bench|research/findings|research/reproduce|tools/dev/reference|tests/\w+/study|tests/\w+/foreign_study|tests/\w+/second_solver)",
      "a study: minutes to hours, by hand"),
     (".*", "build/host-release/tests/", "a study: minutes to hours, by hand"),
     (".*", "build/demo/", "what tools/demo has built; tools/check plays tools/demo"),
     (".*", r"TRIBO_WRITES=", "minutes; tests/firmware plays less of it"),
     (".*", "tools/tribo-fmu|tribo-sim fmu|tribo-fmu", ELSEWHERE + "tests/fmu"),
-    (".*", "tools/packages", ELSEWHERE + "tests/examples/test_packages.py"),
+    (".*", "tools/dev/packages", ELSEWHERE + "tests/examples/test_packages.py"),
     ("docs/linux.md", "tribo-drive ", HARDWARE),
     ("AGENTS.md", "tribo-link ", ELSEWHERE + "tests/linux/test_live.py, against a drive"),
     (".*", "tribo-link (-d|--device) /dev", HARDWARE),

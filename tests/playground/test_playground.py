@@ -38,7 +38,7 @@ def run(*command):
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     path = tmp_path_factory.mktemp("page") / "playground.html"
-    run(ROOT / "tools/playground", "--build", path)
+    run(ROOT / "tools/dev/playground", "--build", path)
     return path
 
 

@@ -1,4 +1,4 @@
-"""wheel.py ROOT: the wheel that tools/wheel makes of its sdist, installed in an environment of its own, where nothing of the tree is.
+"""wheel.py ROOT: the wheel that tools/dev/wheel makes of its sdist, installed in an environment of its own, where nothing of the tree is.
 
 Its dependencies are those of tools/setup-design; nothing is fetched.
 """
@@ -37,7 +37,7 @@ def said(*words, **options):
 
 with tempfile.TemporaryDirectory() as folder:
     folder = pathlib.Path(folder)
-    made = said(ROOT / "tools" / "wheel", folder / "dist").split()
+    made = said(ROOT / "tools" / "dev" / "wheel", folder / "dist").split()
     wheel = next(path for path in made if path.endswith(".whl"))
     assert "-cp311-abi3-linux_" in wheel, wheel
     said(sys.executable, "-m", "venv", "--without-pip", folder / "own")

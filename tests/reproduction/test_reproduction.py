@@ -9,7 +9,7 @@ import sys
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools"))
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "research")]
 
 from reproduction import claims  # noqa: E402
 from reproduction.report import AGREES, DIFFERS, PARTLY  # noqa: E402
@@ -20,7 +20,7 @@ QUICK = ("fig3", "fig5", "fig6", "fig10", "fig14")
 
 def reproduce(out, *arguments):
     return subprocess.run([sys.executable, "-B", "-m", "reproduction", "--sim", os.environ["TRIBO_SIM"], "--bench", "none",
-                           "--out", str(out), *arguments], cwd=ROOT, env={**os.environ, "PYTHONPATH": "tools"},
+                           "--out", str(out), *arguments], cwd=ROOT, env={**os.environ, "PYTHONPATH": "tools:research"},
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
 
 

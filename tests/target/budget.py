@@ -3,7 +3,7 @@ budget.txt.
 
 Fails when a figure has grown by more than 2 %, when a hash of the results has changed, and when a figure is only measured
 or only in the budget; on the host, with another compiler than the budget's and with --results only hashes are compared.
-Smaller figures are named; `tools/bench-target --update` writes them into the budget. Of a board only the images are
+Smaller figures are named; `tools/dev/bench-target --update` writes them into the budget. Of a board only the images are
 measured.
 """
 
@@ -119,7 +119,7 @@ def main():
     failures, remarks = compare(budget, measured)
     print("\n".join(remarks + failures))
     if failures:
-        print("budget.py: not within the budget; if that is meant: tools/bench-target --update")
+        print("budget.py: not within the budget; if that is meant: tools/dev/bench-target --update")
     return bool(failures)
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 // What a tick costs on this target, in instructions and bytes: prints one figure a line, "name value", for the budget test
-// and tools/bench-target. The hashes are of all u of a run; they are the same on every target and on the host.
+// and tools/dev/bench-target. The hashes are of all u of a run; they are the same on every target and on the host.
 
 #include "../support/cascade_f32.h"
 #include "../support/cascade_q31.h"
@@ -719,7 +719,7 @@ int main(void)
     {
         return 1;
     }
-#ifdef COST_TRACE // some ticks on the way up, for tools/bench-target to look at the last one
+#ifdef COST_TRACE // some ticks on the way up, for tools/dev/bench-target to look at the last one
     plant_reset();
     TRIBO(force_loop, reset)(&axis[0]);
     for (int32_t k = 0; k < 200; k++)

@@ -73,7 +73,7 @@ tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params
     }
 
     const float e_fold = 2.0f * 1.44269504f * config->m; // e^x = 2^(x/ln 2)
-    const float k_min  = 1.57108067f * config->k_min;    // tools/fit_friction.py
+    const float k_min  = 1.57108067f * config->k_min;    // research/fit_friction.py
     const float k_max  = 1.57108067f * config->k_max;
 
     params->rate_hz           = 1.0f / sample_time_s;

@@ -28,7 +28,7 @@ static inline float friction_f32_power(float x)
     const float   bounded  = x < 32.0f ? x : 32.0f;
     const int32_t whole    = (int32_t)bounded;
     const float   fraction = bounded - (float)whole;
-    // 2^-fraction / 8 by a minimax polynomial of degree 4 (tools/fit_friction.py). The whole part is then subtracted from
+    // 2^-fraction / 8 by a minimax polynomial of degree 4 (research/fit_friction.py). The whole part is then subtracted from
     // the exponent field: an exact division by 2^whole.
     const float p =
         (((8.45881006e-04f * fraction - 6.63424947e-03f) * fraction + 2.99176286e-02f) * fraction - 8.66287739e-02f) *
@@ -68,7 +68,7 @@ static inline friction_f32_argument_t friction_f32_argument(const tribo_friction
 }
 
 /// Eq. (3) for n >= 0, before saturation: k L tanh(n/(k L)) = n (1 - R(x^2)) with x = N/D. R is a rational function
-/// (tools/fit_friction.py), multiplied by D^4 above and below the line and fitted up to breakaway, f = L; beyond it the result
+/// (research/fit_friction.py), multiplied by D^4 above and below the line and fitted up to breakaway, f = L; beyond it the result
 /// stays above L and Eq. (4) clamps it. N = 0 gives R = 0 and f = n, which is the branch of Eq. (3) without Q.
 static inline float friction_f32_curve(float n, friction_f32_argument_t x)
 {

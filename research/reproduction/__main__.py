@@ -1,4 +1,4 @@
-"""python -m reproduction --sim TRIBO_SIM --bench TRIBO_TRUTH_BENCH --out DIR [CLAIM...]; tools/reproduce calls it."""
+"""python -m reproduction --sim TRIBO_SIM --bench TRIBO_TRUTH_BENCH --out DIR [CLAIM...]; research/reproduce calls it."""
 
 import argparse
 import pathlib
@@ -11,7 +11,7 @@ DOCUMENT = pathlib.Path(__file__).resolve().parents[2] / "research" / "reproduct
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="tools/reproduce", description="The paper's claims as experiments.")
+    parser = argparse.ArgumentParser(prog="research/reproduce", description="The paper's claims as experiments.")
     parser.add_argument("claims", nargs="*", metavar="CLAIM", help="which; all if left out")
     parser.add_argument("--list", action="store_true", help="lists the claims")
     parser.add_argument("--update", action="store_true", help="writes research/reproduction.md as well")

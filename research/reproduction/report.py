@@ -86,7 +86,7 @@ def write_markdown(path, sections):
 def write_summary(path, sections):
     """What came of each claim, for the tree. The report has what the paper says, the choices and the figures."""
     parts = ["# The paper's claims, reproduced", INTRODUCTION,
-             "`tools/reproduce --update` plays the claims and writes this page. What the paper says in each place, and the figures, are in the report whose "
+             "`research/reproduce --update` plays the claims and writes this page. What the paper says in each place, and the figures, are in the report whose "
              "name it prints.", count(sections)]
     rows = [(claim.where, claim.run, claim.verdict) for section in sections for claim in section.claims]
     parts.append(markdown_table(("where", "this run shows", "verdict"), rows))

@@ -1,4 +1,4 @@
-"""The picture of research/compensation.md, drawn by tools/bench-compensation."""
+"""The picture of research/compensation.md, drawn by research/bench-compensation."""
 
 from demo_report import legend, plt, title
 from tribo_plot.look import FEEDFORWARD, GUIDE, PAPER

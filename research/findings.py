@@ -224,7 +224,7 @@ def main():
     if "--update" not in sys.argv:
         return
     place = ROOT / "research" / "findings.md"
-    text, count = re.subn(r"(<!-- made by tools/findings: (\w+) -->\n).*?(<!-- end -->)",
+    text, count = re.subn(r"(<!-- made by research/findings: (\w+) -->\n).*?(<!-- end -->)",
                           lambda found: f"{found[1]}\n{tables[found[2]]}\n\n{found[3]}", place.read_text(encoding="utf-8"), flags=re.S)
     if count == 0:
         sys.exit(f"{place}: no place for a table")
