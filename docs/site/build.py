@@ -94,9 +94,7 @@ def navigation(folder):
     there = sorted(str(path.relative_to(folder)) for path in folder.rglob("*.md"))
     listed = [(title, [page for entry in entries for page in there if page == entry or (entry.endswith("/") and page.startswith(entry))])
               for title, entries in GROUPS]
-    left = set(there) - {page for _, some in listed for page in some}
-    if left:
-        sys.exit(f"build.py: in no group of the site: {', '.join(sorted(left))}")
+    listed.append(("More", [page for page in there if not any(page in some for _, some in listed)]))
     return "".join(f"  - {title}:\n" + "".join(f"      - {page}\n" for page in some) for title, some in listed if some)
 
 
