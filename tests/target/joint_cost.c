@@ -78,6 +78,6 @@ int main(void)
     printf("%s.joint.tick.min %lu\n", ARITHMETIC, (unsigned long)least);
     printf("%s.joint.tick.mean %lu\n", ARITHMETIC, (unsigned long)(sum / TICKS));
     printf("%s.joint.tick.max %lu\n", ARITHMETIC, (unsigned long)most);
-    printf("%s.joint.ram %lu\n", ARITHMETIC, (unsigned long)sizeof joint);
+    printf("%s.joint.ram %lu\n", ARITHMETIC, (unsigned long)(uint32_t)sizeof joint);
     return IS_IN_HARDWARE != 0 && most > MOST ? 1 : 0;
 }
