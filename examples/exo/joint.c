@@ -18,9 +18,11 @@ static float                          friction, fade = 1.0f;
 
 bool joint_start(void)
 {
-    const tribo_compensator_f32_config_t joint =
-        tribo_force_loop_f32_paper().compensator; // change what differs on yours
-    const tribo_guard_f32_config_t limits = tribo_guard_f32_default();
+    const tribo_breakaway_f32_t    breakaway = {.offset_n = 0.007f, .slope = 0.3f}; // N m, and of the torque: yours
+    tribo_compensator_f32_config_t joint     = tribo_force_loop_f32_rig().compensator;
+    const tribo_guard_f32_config_t limits    = tribo_guard_f32_default();
+    joint.friction.positive = joint.friction.negative = breakaway;
+    joint.arm = (tribo_arm_f32_config_t){.inertia = 1.2e-4f, .damping = 0.0288f, .stiffness = 3.84f}; // yours
     tribo_compensator_f32_reset(&state);
     tribo_guard_f32_reset(&guard);
     return tribo_compensator_f32_init(&params, &joint, PERIOD_S) == TRIBO_OK &&

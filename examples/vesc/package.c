@@ -29,9 +29,10 @@ typedef struct
 
 static bool make(axis_t *axis)
 {
-    const tribo_force_loop_f32_config_t  rig    = tribo_force_loop_f32_paper(); // change what differs on yours
+    tribo_force_loop_f32_config_t        rig    = tribo_force_loop_f32_paper(); // change what differs on yours
     const tribo_feedforward_f32_config_t method = tribo_feedforward_f32_default();
     const tribo_guard_f32_config_t       limits = tribo_guard_f32_default();
+    rig.sample_time_s                           = PERIOD_S; // the paper's controller is refused at another than 1 ms
     if (tribo_force_loop_feedforward_f32_init(&axis->params, &axis->feedforward, &rig, &method) != TRIBO_OK ||
         tribo_guard_f32_init(&axis->guard_params, &limits, PERIOD_S) != TRIBO_OK)
     {

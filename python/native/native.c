@@ -109,6 +109,13 @@ unsigned native_quantise(const float    *sections,
     return q31.cascade.count;
 }
 
+float native_usual_force(float usual_force_n, float u_min_n, float u_max_n)
+{
+    const tribo_force_loop_f32_config_t config = {.usual_force_n = usual_force_n,
+                                                  .controller    = {.u_min_n = u_min_n, .u_max_n = u_max_n}};
+    return tribo_force_loop_f32_usual_force_n(&config);
+}
+
 bool native_tune(const float rig[12], float tuned[10], native_error_t *error)
 {
     tribo_compensator_f32_config_t model = tribo_force_loop_f32_paper().compensator;

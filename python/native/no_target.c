@@ -1,4 +1,4 @@
-// In place of host_sim/target: an emulator needs fork, signals and a serial line, and the package plays no run on one.
+// In place of host_sim/target: an emulator needs fork, signals and a serial line. Neither the package nor the playground plays a run on one.
 
 #include "target/target.h"
 

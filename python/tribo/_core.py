@@ -179,11 +179,22 @@ def _folder() -> Path:
     return Path(os.environ.get("TRIBO_SCENARIOS") or FOLDER)
 
 
+def _is_there(path: Path) -> bool:
+    """What cannot be looked at is not absent."""
+    try:
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be opened: {error.strerror}") from None
+    return True
+
+
 def scenario_path(scenario: str | os.PathLike[str]) -> Path:
     path = Path(scenario)
-    if not path.exists() and path.name == os.fspath(scenario):
-        path = next((found for ending in ("", ".yaml") if (found := _folder() / (path.name + ending)).exists()), path)
-    if not path.exists():
+    if not _is_there(path) and path.name == os.fspath(scenario):
+        path = next((found for ending in ("", ".yaml") if _is_there(found := _folder() / (path.name + ending))), path)
+    if not _is_there(path):
         raise ScenarioError(f"{path}: there is no such file, nor such a scenario in {_folder()}")
     return path
 

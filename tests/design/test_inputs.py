@@ -209,12 +209,11 @@ GOOD = [(i * 0.001, 0.2, 0.17 * (1 - np.exp(-0.05 * i))) for i in range(200)]
 
 
 @pytest.mark.parametrize("text, said", [
-    ("", ["is empty"]), (record(GOOD, "x,u_n,y_n"), ["column t_s", "missing"]), (record(GOOD, "t_s,u_n,q"), ["column y_n", "missing"]), (record(GOOD[:5]), ["5 samples", "20"]),
-    (record([*GOOD[:50], (0.05, 0.2, "x"), *GOOD[51:]]), [":52", "y", "'x'"]), (record([*GOOD[:50], (0.05, 0.2, "nan"), *GOOD[51:]]), [":52", "y", "finite"]),
-    (record([*GOOD[:50], (0.049, 0.2, 0.1), *GOOD[51:]]), [":52", "time must rise"]), (record([*GOOD[:50], *GOOD[60:]]), [":52", "evenly spaced"]),
-    (record([(t, 0, y) for t, _, y in GOOD]), ["u", "no step"]), (record([(t, u, 1.0) for t, u, _ in GOOD]), ["y", "does not move"]),
-    (record([*GOOD[:50], (0.05, 0.2), *GOOD[51:]]), [":52", "y", "must be a number"])])
-def test_a_broken_record_is_refused_by_line(run, tmp_path, text, said):
+    ("", ["is empty"]), (record(GOOD, "x,u_n,y_n"), [":1:1: no column is named t_s", "there are x, u_n, y_n"]), (record(GOOD, "t_s,u_n,q"), ["no column is named y_n", "--column"]),
+    (record(GOOD[:5]), ["5 samples", "20"]), (record([*GOOD[:50], (0.049, 0.2, 0.1), *GOOD[51:]]), [":52:1: t_s: 0.049 does not come after 0.049"]),
+    (record([*GOOD[:50], *GOOD[60:]]), [":52:1: t_s: 0.011 s after the row before", "--resample"]), (record([(t, 0, y) for t, _, y in GOOD]), ["u", "no step"]),
+    (record([(t, u, 1.0) for t, u, _ in GOOD]), ["F does not move"]), (record([(t, u, "x") for t, u, _ in GOOD]), ["y_n", "'x' is not a number"])])
+def test_a_broken_record_is_refused_with_the_words_of_the_reader_of_logs(run, tmp_path, text, said):
     path = tmp_path / "step.csv"
     path.write_text(text)
     code, _, err = run("identify-plant", path, "--out", tmp_path / "out")
@@ -222,6 +221,28 @@ def test_a_broken_record_is_refused_by_line(run, tmp_path, text, said):
     for words in ["step.csv", *said]:
         assert words in err, err
     assert sorted(p.name for p in tmp_path.iterdir()) == ["step.csv"]
+
+
+@pytest.mark.parametrize("row, said", [((0.05, 0.2, "x"), ":52:10: y_n: 'x' is not a number"), ((0.05, 0.2, "nan"), ":52:10: y_n: 'nan' is not a finite number"), ((0.05, 0.2), ":52:6: 2 fields, the header has 3"),
+                                       ((0.05, 0.2, "1e300"), ":52:10: y_n: '1e300' is outside -1e+30 to 1e+30"), ((0.05, 0.2, 0.05, 7), ":52:")])
+def test_a_broken_row_of_a_record_is_bridged_and_named(run, tmp_path, row, said):
+    path = tmp_path / "step.csv"
+    path.write_text(record([*GOOD[:50], row, *GOOD[51:]]))
+    code, out, err = run("identify-plant", path, "--no-friction", "--order", "1")
+    assert code == 0, err
+    assert "note  " in out and "1 of 200 rows are broken, left out and bridged" in out and said in out
+
+
+@pytest.mark.parametrize("text, options", [
+    ("sep=;\nt_s;u_n;y_n\n" + "\n".join(f"{t};{u};{y}" for t, u, y in GOOD).replace(".", ","), ()),
+    ("rig 7\nby hand\n\ntime,cmd,load\ns,N,N\n" + "\n".join(f"{t},{u},{y}" for t, u, y in GOOD) + "\n# end\n", ("--column", "t=time", "--column", "u=cmd", "--column", "F=load")),
+    (record([(1000 * t, u, y) for t, u, y in GOOD], "t_s,u_N,F_N"), ("--unit", "t=ms"))])
+def test_a_record_is_read_as_loggers_write_it(run, tmp_path, text, options):
+    (tmp_path / "plain.csv").write_text(record(GOOD))
+    (tmp_path / "step.csv").write_text(text)
+    plain, other = (run("identify-plant", tmp_path / name, "--no-friction", "--order", "1", *more) for name, more in (("plain.csv", ()), ("step.csv", options)))
+    assert plain[0] == other[0] == 0, other[2]
+    assert other[1].splitlines()[:4] == plain[1].splitlines()[:4]
 
 
 def test_step_size_and_order_are_checked(run, tmp_path):

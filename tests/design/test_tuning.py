@@ -3,6 +3,7 @@
 import pytest
 import ruamel.yaml
 
+from tribo_design import tuning
 from tribo_design.cli import main
 
 
@@ -52,6 +53,12 @@ def test_a_loop_says_the_same_as_its_numbers(tmp_path, capsys, breakaway):
     numbers = ("--offset", "0.07", "--negative-offset", "0.21", "--noise", "0.02", "--sample-time", "0.002", "--actuator-pole", "100")
     assert tuned(capsys, str(path)) == tuned(capsys, *numbers, "--usual-force", "5")
     assert tuned(capsys, str(path), "--usual-force", "10") == tuned(capsys, *numbers, "--usual-force", "10") != tuned(capsys, *numbers, "--usual-force", "5")
+
+
+@pytest.mark.parametrize("limits, said, force", [("{u_min_N: -12, u_max_N: 20}", None, 5.0), ("{u_min_N: -30, u_max_N: 20}", None, 7.5), ("{u_max_N: 4}", None, 1.0), ("{u_max_N: 4}", 3, 3.0)])
+def test_the_usual_force_is_the_librarys(limits, said, force):
+    loop = ruamel.yaml.YAML(typ="safe").load(f"limits: {limits}") | ({"compensator": {"usual_force_N": said}} if said else {})
+    assert tuning.rig_of(loop, "loop.yaml")["usual-force"] == force
 
 
 def test_a_pole_beyond_what_a_tick_shows_is_none(capsys, tmp_path):

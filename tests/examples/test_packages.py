@@ -68,6 +68,22 @@ def test_platformio_compiles_as_its_manifest_says(packages, tmp_path):
     run(tmp_path / "program")
 
 
+@pytest.mark.parametrize("kind, standard", [("platformio", "c++11"), ("arduino", "gnu++17"), ("crates", "gnu++20")])  # the others' are platformio's
+def test_a_program_in_cpp_uses_each_package(kind, standard, packages, tmp_path):
+    """Every public header, without a warning, and the library's sources by the C compiler of the same project."""
+    root = packages / kind / ("tribo-sys/lib" if kind == "crates" else "")
+    headers = root / ("src" if kind == "arduino" else "include")
+    names = sorted(path.name for path in (headers / "tribo").glob("*.h"))
+    assert names
+    text = "".join(f'#include "tribo/{name}"\n' for name in names) + CALLER.replace("NULL", "nullptr").replace("int main(void)", "int main()")
+    (tmp_path / "main.cpp").write_text(text)
+    warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
+    run("g++", f"-std={standard}", *warnings, f"-I{headers}", f"-I{ROOT / 'examples' / 'rig'}", "-c", tmp_path / "main.cpp", "-o", tmp_path / "main.o")
+    run("gcc", "-std=gnu11", "-ffp-contract=off", f"-I{headers}", *sorted((root / "src").rglob("*.c")), "-c", cwd=tmp_path)
+    run("g++", *tmp_path.glob("*.o"), "-o", tmp_path / "program")
+    run(tmp_path / "program")
+
+
 @pytest.mark.skipif(not shutil.which("arm-none-eabi-g++"), reason="no cross-compiler: in the tree of the Cortex-M4F")
 def test_arduino_compiles_as_its_builder_does(packages, tmp_path):
     folder = packages / "arduino"
@@ -116,12 +132,13 @@ add_subdirectory(${PACKAGE}/zephyr component)
 }
 
 
-@pytest.mark.parametrize("kind", sorted(STUBS))
-def test_cmake_of_a_package_builds(kind, packages, tmp_path):
-    (tmp_path / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.20)\nproject(user C)\n" + STUBS[kind] +
-                                             "add_executable(program main.c)\ntarget_link_libraries(program PRIVATE tribo)\n"
+@pytest.mark.parametrize("kind, languages", [*((kind, "C") for kind in sorted(STUBS)), ("conan", "CXX")])
+def test_cmake_of_a_package_builds(kind, languages, packages, tmp_path):
+    main = "main.cpp" if languages == "CXX" else "main.c"
+    (tmp_path / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.20)\nproject(user {languages})\n" + STUBS[kind] +
+                                             f"add_executable(program {main})\ntarget_link_libraries(program PRIVATE tribo)\n"
                                              f"target_include_directories(program PRIVATE {ROOT / 'examples' / 'rig'})\n")
-    (tmp_path / "main.c").write_text(CALLER)
+    (tmp_path / main).write_text(CALLER)
     run("cmake", "-S", tmp_path, "-B", tmp_path / "build", f"-DPACKAGE={packages / kind}", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON")
     commands = json.loads((tmp_path / "build" / "compile_commands.json").read_text())
     assert all("-ffp-contract=off" in row["command"] for row in commands if "/src/" in row["file"])

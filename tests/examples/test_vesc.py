@@ -1,13 +1,15 @@
 """examples/vesc, compiled against its stand-in and run in an emulator at two addresses, with a fake of VESC's table of functions."""
 
+import shutil
 import struct
+import subprocess
 
 import pytest
 from elftools.elf.elffile import ELFFile
 from unicorn import UC_ARCH_ARM, UC_HOOK_CODE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc
 from unicorn.arm_const import UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_S0, UC_ARM_REG_SP, UC_CPU_ARM_CORTEX_M4
 
-from conftest import RMS_MAX_UN, load, make, rms_of
+from conftest import EXAMPLES, RMS_MAX_UN, load, make, rms_of
 
 Arm, triangle = (getattr(load("sim/arm.py"), name) for name in ("Arm", "triangle"))
 PERIOD_S, OFFSET_V, N_PER_V, AMPERE_PER_N = 0.001, 1.65, 1.5, 4.0  # as in package.c
@@ -149,6 +151,19 @@ def test_a_fault_ends_the_thread(image):
     assert vesc.currents[-1] == 0
     vesc.call(vesc.stop & ~1, vesc.argument)
     assert vesc.freed
+
+
+def test_a_package_at_another_tick_runs_no_controller_of_1_ms(tmp_path):
+    """Somebody changes PERIOD_S alone."""
+    shutil.copytree(EXAMPLES, tmp_path / "examples")
+    shutil.copytree(EXAMPLES.parent / "lib", tmp_path / "lib")
+    source = tmp_path / "examples/vesc/package.c"
+    assert "PERIOD_S     0.001f" in source.read_text()
+    source.write_text(source.read_text().replace("PERIOD_S     0.001f", "PERIOD_S     0.002f"))
+    subprocess.run(["make", "--silent", f"BUILD={tmp_path}/build"], cwd=source.parent, check=True, timeout=300)
+    vesc = Vesc(tmp_path / "build/tribo_force.elf", 0x08060000, [0.5] * 100)
+    vesc.run()
+    assert vesc.currents == [0]
 
 
 def test_no_address_is_left_to_relocate(image):

@@ -7,7 +7,7 @@ import pytest
 from conftest import ROOT
 
 from tribo_plot import look, panels
-from tribo_plot.runs import PlotError, Run, read, read_all
+from tribo_plot.runs import PlotError, Run, is_there, read, read_all, read_summary
 
 
 def made(*paths):
@@ -109,3 +109,31 @@ def test_all_colours_of_all_reports_are_in_one_table():
     assert others == ["look.py"]
     assert len({colour for _, colour in look.SIGNALS.values()}) > 12
     assert look.shade("#0072B2", 0) == "#0072B2" and len({look.shade("#0072B2", run) for run in range(4)}) == 4
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "7", "\x00"])
+def test_a_summary_that_is_garbage_is_no_absent_one(tmp_path, text):
+    (tmp_path / "summary.json").write_text(text)
+    with pytest.raises(PlotError, match="summary.json: not as tribo-sim wrote it"):
+        read_summary(tmp_path / "summary.json")
+
+
+def test_what_cannot_be_looked_at_is_not_absent(tmp_path):
+    assert read_summary(tmp_path / "summary.json") == {}
+    (tmp_path / "summary.json").symlink_to("summary.json")
+    with pytest.raises(PlotError, match="summary.json: Too many levels of symbolic links"):
+        read_summary(tmp_path / "summary.json")
+    with pytest.raises(PlotError, match="File name too long"):
+        is_there(tmp_path / ("x" * 300))
+
+
+def test_a_sweep_that_is_garbage_is_no_absent_one(tmp_path):
+    for module in ("pandas", "pyarrow", "matplotlib"):
+        pytest.importorskip(module)
+    from tribo_plot.sweeps import Sweep
+
+    with pytest.raises(PlotError, match="rows.parquet: there is none"):
+        Sweep.read(tmp_path / "rows.parquet")
+    (tmp_path / "rows.parquet").write_text("garbage")
+    with pytest.raises(PlotError, match="rows.parquet: cannot be read: "):
+        Sweep.read(tmp_path / "rows.parquet")

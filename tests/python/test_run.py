@@ -114,3 +114,10 @@ def test_scenarios_are_those_of_tribo_sim(monkeypatch, tmp_path):
     monkeypatch.setenv("TRIBO_SCENARIOS", str(tmp_path))
     assert tribo.scenarios() == ["own"]
     assert len(tribo.run("own").t_s) == 100
+
+
+def test_a_scenario_that_cannot_be_looked_at_is_not_absent(tmp_path):
+    loop = tmp_path / "loop.yaml"
+    loop.symlink_to("loop.yaml")
+    with pytest.raises(tribo.ScenarioError, match="loop.yaml: cannot be opened: Too many levels of symbolic links"):
+        tribo.run(loop)

@@ -46,6 +46,14 @@ def test_a_page_that_is_of_another_tree_differs(old, new):
     assert page.differs(said.replace(old, new, 1), said)
 
 
+def test_what_leads_nowhere_or_cannot_be_looked_at_is_not_absent(tmp_path):
+    """A folder on a drive that is not mounted, or a log that is a link to it: no rig.yaml is written over it, and no experiment is asked for again."""
+    (tmp_path / "rig.yaml").symlink_to("rig.yaml")
+    said = subprocess.run([sys.executable, "-m", "tribo_rig", tmp_path], capture_output=True, text=True, check=False)
+    assert said.returncode == 2 and "rig.yaml: cannot be read: Too many levels of symbolic links" in said.stderr and said.stdout == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["rig.yaml"]
+
+
 def test_the_pages_rig_is_found(played):
     """Friction, scale and whole lag of tests/rig/bench.py."""
     found = json.loads((played[0] / "build/bench/result/verdict.json").read_text())

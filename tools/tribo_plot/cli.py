@@ -39,7 +39,7 @@ def draw(options):
     if not options.out.absolute().parent.is_dir():
         raise PlotError(f"--out {options.out}: there is no such folder")
     for path in options.paths:
-        if not path.exists():
+        if not runs.is_there(path):
             raise PlotError(f"{path}: there is none")
         if path.is_file() and options.out.exists() and path.samefile(options.out):
             raise PlotError(f"--out {options.out} is the same file as {path}")

@@ -61,7 +61,7 @@ def read_all(paths):
 def read(path):
     if path.is_dir():
         trace = path / "trace.csv"
-        if not trace.is_file():
+        if not is_there(trace):
             raise PlotError(f"{path}: holds neither the trace.csv of a run nor the rows.parquet of a sweep")
         return Run(path.resolve().name, read_columns(trace), read_summary(path / "summary.json"))
     is_of_run = path.name == "trace.csv"
@@ -72,11 +72,30 @@ def read(path):
     )
 
 
-def read_summary(path):
+def is_there(path):
+    """Whether there is such a name. What cannot be looked at is not absent."""
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except OSError as error:
+        raise PlotError(f"{path}: {error.strerror}") from None
+    return True
+
+
+def read_summary(path):
+    """Empty if there is none."""
+    if not is_there(path):
         return {}
+    try:
+        summary = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise PlotError(f"{path}: {error.strerror}") from None
+    except ValueError as error:
+        raise PlotError(f"{path}: not as tribo-sim wrote it: {error}") from None
+    if not isinstance(summary, dict):
+        raise PlotError(f"{path}: not as tribo-sim wrote it: a summary is keys and values")
+    return summary
 
 
 def read_columns(path):

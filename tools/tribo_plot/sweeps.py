@@ -15,7 +15,7 @@ from .look import GUIDE, STYLE, WITHOUT
 from .look import PAPER as WITH
 from .panels import Line, Panel
 from .pictures import save
-from .runs import PlotError
+from .runs import PlotError, is_there
 
 LISTED_MAX = 20  # values that an axis may have to be drawn as boxes
 BINS = 8  # of an axis with more
@@ -42,14 +42,17 @@ class Sweep:
     @classmethod
     def read(cls, path):
         """The rows that a sweep has left."""
-        if not path.is_file():
+        if not is_there(path):
             raise PlotError(f"{path}: there is none: has the sweep come to its end?")
         try:
             import pandas
             import pyarrow  # noqa: F401
-        except ImportError:
+        except ModuleNotFoundError:
             raise PlotError(f"{sys.executable} has no pandas or no pyarrow, which read {path}: `pip install tribo[sweep]`") from None
-        frame = pandas.read_parquet(path)
+        try:
+            frame = pandas.read_parquet(path)
+        except (OSError, ValueError) as error:
+            raise PlotError(f"{path}: cannot be read: {error}") from None
         if "axes" not in frame.attrs:
             raise PlotError(f"{path}: is not of a sweep")
         return cls(frame)

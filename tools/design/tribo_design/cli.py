@@ -28,10 +28,11 @@ def _parser():
     command.add_argument("--no-plots", action="store_true", help="likewise")
 
     command = _add(commands, "identify-plant", "gain and poles from an open-loop step response")
-    command.add_argument("step", metavar="STEP.csv", help="columns t_s, y and u (or no u and --step-size)")
+    command.add_argument("step", metavar="STEP.csv", help="columns t_s, u_N and F_N, or t_s, u_n and y_n (no u with --step-size)")
     command.add_argument("--step-size", type=float, metavar="U", help="height of the input step at the first sample, when there is no column u")
     command.add_argument("--no-friction", action="store_true", help="friction is known to be negligible: the gain needs no second height and direction then")
     command.add_argument("--order", type=int, metavar="N", help="number of poles, 1 to 6 (default: the order the data supports)")
+    add_columns(command)
     command.add_argument("--out", metavar="DIR", help="writes plant.yaml, identification.json and a report with a plot")
 
     command = _add(commands, "compare", "several designs in one table, each with friction in its loop")
@@ -43,6 +44,16 @@ def _parser():
     command = _add(commands, "check", "reads generated files back from the C header and verifies the loop again")
     command.add_argument("dir", metavar="DIR", help="that synthesize or import made")
     return parser
+
+
+def add_columns(command):
+    """How a log is read, for logs.py of tribo_identify."""
+    command.add_argument("--column", action="append", default=[], metavar="ROLE=NAME", help="where t, u, F, x, v or r is, e.g. u=torque_cmd or u=#2; as in tribo-sim replay")
+    command.add_argument("--unit", action="append", default=[], metavar="ROLE=UNIT", help="e.g. t=ms, F=mN")
+    command.add_argument("--scale", action="append", default=[], metavar="ROLE=X", help="multiplies a column; `-` changes its sign")
+    command.add_argument("--bias", action="append", default=[], metavar="ROLE=X", help="added after the scale")
+    command.add_argument("--resample", nargs="?", const="", metavar="S", help="mends stamps that jitter, and small gaps")
+    command.add_argument("--gap", metavar="S", help="with --resample: a longer gap splits the log")
 
 
 def _add(commands, name, text):

@@ -23,11 +23,10 @@ import scipy.optimize
 import scipy.special
 
 from . import __version__, progress
-from .reading import format_root, printable, read_rows, read_text, roundings, without_rounding
+from .reading import format_root, printable
 from .errors import DesignError, InputError
 
 SAMPLES_MIN, SAMPLES_MAX = 20, 200_000
-SIZE_MIN, SIZE_MAX = 1e-100, 1e100
 SEARCH_ROWS, FIT_ROWS = 600, 4000  # of the record, that the search for a structure and the last fit look at
 CHANGES_LOOP = 200  # of u, up to which modes are carried from change to change; beyond, from sample to sample
 ORDER_MAX = 6
@@ -50,60 +49,40 @@ class Data:
     y: np.ndarray
 
 
-def load_step(path, step_size=None):
-    text, _ = read_text(path)
-    rows = read_rows(path, text)
-    head = [c.lower() for c in rows[0][1]]
-    columns = {}
-    for name, aliases in (("t", ("t", "t_s", "time", "time_s")), ("u", ("u", "u_n", "input")), ("y", ("y", "y_n", "f", "f_n", "output"))):
-        found = [i for i, c in enumerate(head) if c in aliases]
-        if len(found) > 1:
-            raise InputError(f"{path}:{rows[0][0]}: column {name}: is given twice")
-        if found:
-            columns[name] = found[0]
-    for name in ("t", "y"):
-        if name not in columns:
-            raise InputError(f"{path}:{rows[0][0]}: column {name}_{'s' if name == 't' else 'n'}: is missing; the first row must name t_s, y_n and perhaps u_n")
-    if "u" not in columns and step_size is None:
-        raise InputError(f"{path}: no column u_n: give the step's height with --step-size")
+def read_step(options):
+    """The log of a step by the reader of all logs. Unless --column says otherwise its names are those of the tools, or t_s, u_n and y_n."""
+    from tribo_identify import logs
+
+    words = logs.arguments_of(options)
+    log = logs.read([options.step], words)
+    if options.column or log.segments[0].force is not None:
+        return log
+    force = ["--column", "F=y_n"]
+    if options.step_size is not None:
+        return logs.read([options.step], [*words, *force])
+    try:
+        return logs.read([options.step], [*words, *force, "--column", "u=u_n"])
+    except InputError as error:
+        raise InputError(f"{error}; --column says where u and F are, --step-size the height of a step of u that was not logged" if "column" in str(error) else str(error)) from None
+
+
+def data_of(log, step_size=None):
+    """One record, from rest."""
+    if len(log.segments) != 1:
+        raise InputError(f"{log.segments[1].file}: {len(log.segments)} pieces; poles are found in one record without gaps")
+    s = log.segments[0]
+    if s.force is None:
+        raise InputError(f"{s.file}: there is no force: name its column (--column F=...)")
     if step_size is not None and not (np.isfinite(step_size) and step_size != 0):
         raise InputError(f"--step-size: value {step_size:g}: must be finite and not 0")
-    values, stamps = {name: [] for name in columns}, []
-    for line, row in rows[1:]:
-        for name, i in columns.items():
-            text = row[i] if i < len(row) else ""
-            try:
-                value = float(text)
-            except ValueError:
-                raise InputError(f"{path}:{line}: {name}: value {text[:60]!r}: must be a number") from None
-            if value and not SIZE_MIN <= abs(value) <= SIZE_MAX:  # squares of it stay numbers
-                raise InputError(f"{path}:{line}: {name}: value {text[:60]!r}: must be finite: 0, or of a size within {SIZE_MIN:g} and {SIZE_MAX:g}")
-            values[name].append(value)
-            stamps += [text] if name == "t" else []
-    time, y = np.array(values["t"]), np.array(values["y"])
-    if not SAMPLES_MIN <= len(time) <= SAMPLES_MAX:
-        raise InputError(f"{path}: {len(time)} samples; must be {SAMPLES_MIN} to {SAMPLES_MAX}")
-    steps = np.diff(time)
-    if not np.all(steps > 0):
-        line = rows[1 + int(np.argmax(steps <= 0)) + 1][0]
-        raise InputError(f"{path}:{line}: t: value {time[int(np.argmax(steps <= 0)) + 1]:g}: time must rise from row to row")
-    if steps.max() > 1.05 * np.median(steps) or steps.min() < 0.95 * np.median(steps):
-        time = without_rounding(time, roundings(stamps))
-        steps = np.diff(time)
-    if steps.max() > 1.05 * np.median(steps) or steps.min() < 0.95 * np.median(steps):
-        line = rows[1 + int(np.argmax(np.abs(steps - np.median(steps)))) + 1][0]
-        raise InputError(f"{path}:{line}: t: samples must be evenly spaced within 5 % (the median step is {np.median(steps):g} s)")
-    if "u" in values:
-        u = np.array(values["u"])
-        if np.ptp(u) == 0 and u[0] == 0:
-            raise InputError(f"{path}: u: is 0 throughout: there is no step in it")
-        if np.ptp(u) > 0:
-            u = u - u[0]  # the operating point before the step
-    else:
-        u = np.full(len(time), float(step_size))
-    if np.ptp(y) == 0:
-        raise InputError(f"{path}: y: does not move: nothing can be identified")
-    return Data(time - time[0], u, y)
+    if not SAMPLES_MIN <= len(s.t) <= SAMPLES_MAX:
+        raise InputError(f"{s.file}: {len(s.t)} samples; must be {SAMPLES_MIN} to {SAMPLES_MAX}")
+    u = s.u if step_size is None else np.full(len(s.t), float(step_size))
+    if np.ptp(u) == 0 and u[0] == 0:
+        raise InputError(f"{s.file}: u is 0 throughout: there is no step in it; --step-size gives the height of one that was not logged")
+    if np.ptp(s.force) == 0:
+        raise InputError(f"{s.file}: F does not move: nothing can be identified")
+    return Data(s.t - s.t[0], u - u[0] if np.ptp(u) > 0 else u, s.force)  # from the operating point before the step on
 
 
 def recursion(memory, columns):
@@ -929,13 +908,14 @@ def _from_levels(found, data, friction, remarks):
 def command(options):
     if options.order is not None and not 1 <= options.order <= ORDER_MAX:
         raise InputError(f"--order: value {options.order}: must be at least 1 and at most {ORDER_MAX}")
-    data = load_step(options.step, options.step_size)
+    log = read_step(options)
+    data = data_of(log, options.step_size)
     if options.out:
         from .output import check_replaceable
 
         check_replaceable(options.out, NAMES)
     found, record, best = identify(data, options.order, options.no_friction)
-    text = describe(found)
+    text = "\n".join([describe(found), *(f"note  {remark}" for remark in log.remarks)])
     print(text)
     if not found["separable"]:
         raise DesignError(f"not answered: {NOT_SEPARABLE}")

@@ -7,10 +7,20 @@ import re
 import urllib.parse
 from pathlib import Path
 
-import numpy as np
 import ruamel.yaml
 
 from .errors import InputError
+
+
+def is_there(path):
+    """Whether there is such a name, also a link that leads nowhere. What cannot be looked at is not absent."""
+    try:
+        Path(path).lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    return True
 
 
 def read_text(path):
@@ -65,24 +75,6 @@ def read_rows(path, text):
     if not rows:
         raise InputError(f"{path}: is empty")
     return rows
-
-
-def roundings(texts):
-    """Half a unit of the last place of each number, as it is written: the longest one says how many places there are, as a writer may leave out zeros."""
-    parts = [text.lower().lstrip("+-").partition("e")[::2] for text in texts]
-    digits = max(len(mantissa.replace(".", "").lstrip("0")) for mantissa, _ in parts)
-    decimals = max(len(mantissa.partition(".")[2]) - int(power or 0) for mantissa, power in parts)
-    with np.errstate(divide="ignore"):
-        first = np.floor(np.log10(np.abs(np.array(texts, float))))  # far down for 0
-    return 0.5 * 10.0 ** np.maximum(-decimals, first + 1 - digits)
-
-
-def without_rounding(stamps, half):
-    """Stamps of an even clock where these are no more than rounded, as sim_log has it; else as they are."""
-    k = np.arange(len(stamps))
-    slope, begin = np.polyfit(k, stamps - stamps[0], 1)
-    line, last = stamps[0] + begin + slope * k, 2 * max(half[0], half[-1])
-    return line if last <= 0.5 * slope and np.all(np.abs(stamps - line) <= half + 0.5 * last) else stamps
 
 
 def printable(name):

@@ -48,6 +48,8 @@ def command(options):
 
 def rig_of(loop, path):
     """What a scenario says of the rig, by the names of the options."""
+    from tribo._native import lib
+
     found = {}
     for name, _, _, key, _ in (*RIG, FULL_SCALE):
         value = _at(loop, key)
@@ -55,9 +57,9 @@ def rig_of(loop, path):
             if isinstance(value, bool) or not isinstance(value, (int, float)):
                 raise InputError(f"{path}: {key}: value {value!r}: must be a number")
             found[name] = float(value)
-    limits = [abs(value) for name in ("u_min_N", "u_max_N") if isinstance(value := _at(loop, f"limits.{name}"), (int, float))]
-    if not found.get("usual-force") and limits:  # as tribo_force_loop_f32_usual_force_n
-        found["usual-force"] = max(limits) / 4
+    limits = [float(value) if isinstance(value := _at(loop, f"limits.{name}"), (int, float)) else 0.0 for name in ("u_min_N", "u_max_N")]
+    if any(limits):
+        found["usual-force"] = lib.native_usual_force(found.get("usual-force", 0.0), *limits)
     table = _at(loop, "compensator.friction.breakaway.table")
     if table:  # the line nearest to it
         import numpy as np

@@ -13,19 +13,10 @@ ROWS_MAX = 20_000
 
 
 def data_of(log):
-    """One record, as identify-plant takes it: from rest, thinned to what it looks at."""
-    if len(log.segments) != 1:
-        raise InputError(f"{log.segments[1].file}: {len(log.segments)} pieces; poles are found in one record without gaps")
-    s = log.segments[0]
-    if s.force is None:
-        raise InputError(f"{s.file}: there is no force: name its column (--column F=...)")
-    if np.ptp(s.u) == 0 and s.u[0] == 0:
-        raise InputError(f"{s.file}: u is 0 throughout: there is no step in it")
-    if np.ptp(s.force) == 0:
-        raise InputError(f"{s.file}: F does not move: nothing can be identified")
-    every = max(len(s.t) // ROWS_MAX, 1)
-    u = s.u - s.u[0] if np.ptp(s.u) > 0 else s.u
-    return identify.Data((s.t - s.t[0])[::every], u[::every], s.force[::every])
+    """One record, as identify-plant takes it, thinned to what it looks at."""
+    data = identify.data_of(log)
+    every = max(len(data.time) // ROWS_MAX, 1)
+    return identify.Data(data.time[::every], data.u[::every], data.y[::every])
 
 
 def arm_of(found, stiffness):

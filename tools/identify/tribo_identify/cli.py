@@ -2,6 +2,7 @@
 
 import argparse
 
+from tribo_design.cli import add_columns
 from tribo_design.errors import run_command
 
 from . import __version__
@@ -73,23 +74,13 @@ def _add_accept(commands):
         command.add_argument(f"--{case}", metavar="LOG.csv", help=f"log of the rig {what}: t, r, u, F")
     command.add_argument("--old", metavar="OLD.yaml", help="the loop with the old parameters, which stays unless the new ones are better")
     command.add_argument("--old-log", metavar="LOG.csv", help="log of the rig with the old parameters")
-    _add_columns(command)
+    add_columns(command)
     command.add_argument("--out", required=True, metavar="DIR", help="without logs for the sequence, off.yaml to more.yaml; with them for accepted.yaml and report.html")
 
 
 def _add_logs(command):
     command.add_argument("logs", nargs="+", metavar="LOG.csv", help="of one experiment")
-    _add_columns(command)
-
-
-def _add_columns(command):
-    """How a log is read, for logs.py."""
-    command.add_argument("--column", action="append", default=[], metavar="ROLE=NAME", help="where t, u, F, x, v or r is, e.g. u=torque_cmd or u=#2; as in tribo-sim replay")
-    command.add_argument("--unit", action="append", default=[], metavar="ROLE=UNIT", help="e.g. t=ms, F=mN")
-    command.add_argument("--scale", action="append", default=[], metavar="ROLE=X", help="multiplies a column; `-` changes its sign")
-    command.add_argument("--bias", action="append", default=[], metavar="ROLE=X", help="added after the scale")
-    command.add_argument("--resample", nargs="?", const="", metavar="S", help="mends stamps that jitter, and small gaps")
-    command.add_argument("--gap", metavar="S", help="with --resample: a longer gap splits the log")
+    add_columns(command)
 
 
 def _run(argv):

@@ -27,10 +27,12 @@ def _run(argv):
     parser.add_argument("folder", metavar="FOLDER", help="where rig.yaml is, or where it shall be")
     parser.add_argument("--version", action="version", version=f"tribo-rig {__version__}")
     folder = Path(parser.parse_args(argv).folder)
+    from tribo_design.reading import is_there
+
     from . import rig as rigs
 
     path = folder / "rig.yaml"
-    if not path.exists():
+    if not is_there(path):
         try:
             folder.mkdir(parents=True, exist_ok=True)
             path.write_text(rigs.TEMPLATE.read_text(encoding="utf-8"), encoding="utf-8")
@@ -71,12 +73,13 @@ def _go_on(folder, rig):
 
 def _log(folder, made, rig, what):
     """The log of an experiment; None where it is still to be played, which is said then."""
+    from tribo_design.reading import is_there
     from tribo_identify import logs
 
     from . import experiments
 
     played, path = folder / f"{made.name}.csv", folder / f"{made.name}-log.csv"
-    if not path.exists():
+    if not is_there(path):
         played.write_text(made.csv(rig.command_per_N), encoding="ascii")
         _say(f"Play {played}, a row each {rig.sample_time_s:g} s for {made.time[-1]:.0f} s, as the command: {min(made.u):.3g} to {max(made.u):.3g} N. {what}",
              f"Put the log (time, command, force; a row each tick) to {path}, then run: tribo-rig {folder}")
