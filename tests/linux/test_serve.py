@@ -89,6 +89,25 @@ def test_samples_come_as_events(served):
     assert {"r_N", "F_N", "u_N", "state_text", "fault", "learned_positive_N"} <= set(samples[0])
 
 
+def sample_of(served):
+    link = http.client.HTTPConnection("127.0.0.1", served.port, timeout=300)
+    link.request("GET", f"/events?token={served.token}")
+    line = next(line for line in iter(link.getresponse().readline, b"") if line.startswith(b"data: "))
+    link.close()
+    return json.loads(line[6:])
+
+
+def test_samples_have_what_the_method_that_runs_does(at_rest):
+    learned = {"learned_positive_N", "learned_negative_N", "learned_positive_relative_variance", "learned_negative_relative_variance"}
+    try:
+        for method, learns, compensates in (("feedforward", True, True), ("paper", False, True), ("off", False, False)):
+            assert at_rest.do("params", "set", f"compensator.method={method}")[0] == 200
+            found = set(sample_of(at_rest))
+            assert found & learned == (learned if learns else set()) and ("friction_fade" in found) == compensates, method
+    finally:
+        assert at_rest.do("params", "set", "compensator.method=feedforward")[0] == 200
+
+
 def test_the_page_starts_and_stops_and_says_what_is_refused(at_rest):
     assert at_rest.do("start")[0] == 200 and at_rest.state() == "run"
     status, said = at_rest.do("params", "set", "compensator.gain=9")

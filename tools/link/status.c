@@ -144,13 +144,29 @@ static uint32_t active_word(link_bus_t *bus, const char *name)
     return link_bus_read(bus, (uint16_t)address, &word, 1) ? word : 0u;
 }
 
+/// What the method that runs does: one that is off learns nothing, though the registers hold what was.
+typedef struct
+{
+    bool learns, compensates;
+} method_t;
+
+static method_t method_of(link_bus_t *bus)
+{
+    if (!link_bus_feeds_forward(bus))
+    {
+        return (method_t){.compensates = link_float(active_word(bus, "compensator.gain")) > 0.0f};
+    }
+    const uint32_t method = active_word(bus, "compensator.method");
+    const bool     learns = method == PARAMS_METHOD_FEEDFORWARD || method == PARAMS_METHOD_SENSORLESS;
+    const bool     is_on  = method == PARAMS_METHOD_PAPER && link_float(active_word(bus, "compensator.gain")) > 0.0f;
+    return (method_t){.learns = learns, .compensates = learns || is_on};
+}
+
 /// What a method that learns has learned, and how much of the compensation is added to u.
 static void print_method(link_bus_t *bus, const uint32_t words[WORDS], const char *end)
 {
-    const uint32_t method = active_word(bus, "compensator.method");
-    const bool     is_off = method == PARAMS_METHOD_OFF ||
-                        (method == PARAMS_METHOD_PAPER && !(link_float(active_word(bus, "compensator.gain")) > 0.0f));
-    if (method == PARAMS_METHOD_FEEDFORWARD || method == PARAMS_METHOD_SENSORLESS)
+    const method_t method = method_of(bus);
+    if (method.learns)
     {
         (void)printf("learned  L %8.4f N up (variance %.2f)   %8.4f N down (%.2f)%s",
                      value_of(words, "learned_positive_N"),
@@ -160,7 +176,7 @@ static void print_method(link_bus_t *bus, const uint32_t words[WORDS], const cha
                      end);
     }
     (void)printf("warnings %s; ", warning_text(word_of(words, "warnings")));
-    if (is_off)
+    if (!method.compensates)
     {
         (void)printf("friction is not compensated%s", end);
     }
@@ -252,13 +268,11 @@ static double wall_clock_s(void)
 }
 
 /// Either of the two forms, as one text.
-static size_t write_sample(char              text[STATUS_SAMPLE_MAX],
-                           const link_bus_t *bus,
-                           const uint32_t    words[WORDS],
-                           bool              teleplot)
+static size_t write_sample(char text[STATUS_SAMPLE_MAX], link_bus_t *bus, const uint32_t words[WORDS], bool teleplot)
 {
-    const double time_s = wall_clock_s();
-    FILE        *file   = fmemopen(text, STATUS_SAMPLE_MAX, "w");
+    const double   time_s = wall_clock_s();
+    const method_t method = method_of(bus);
+    FILE          *file   = fmemopen(text, STATUS_SAMPLE_MAX, "w");
     if (file == NULL)
     {
         return 0;
@@ -270,7 +284,9 @@ static size_t write_sample(char              text[STATUS_SAMPLE_MAX],
     for (size_t i = 0; i < sizeof sent / sizeof sent[0]; i++)
     {
         const link_row_t *row = link_find(sent[i]);
-        if (!link_bus_feeds_forward(bus) && link_is_of_feedforward(row))
+        if ((!link_bus_feeds_forward(bus) && link_is_of_feedforward(row)) ||
+            (!method.learns && strncmp(row->name, "learned", strlen("learned")) == 0) ||
+            (!method.compensates && strcmp(row->name, "friction_fade") == 0))
         {
             continue;
         }
@@ -320,7 +336,7 @@ static int open_udp(const char *option, const char *text)
 }
 
 /// That nobody listens is no fault: who does may come later.
-static void send_sample(int socket_of, const link_bus_t *bus, const uint32_t words[WORDS], bool teleplot)
+static void send_sample(int socket_of, link_bus_t *bus, const uint32_t words[WORDS], bool teleplot)
 {
     if (socket_of >= 0)
     {
