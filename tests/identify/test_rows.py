@@ -2,6 +2,7 @@
 
 import functools
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -37,6 +38,12 @@ def test_a_spoilt_log_is_refused_for_what_it_has(what):
     spoilt, options = strange.spoilt(rig, what)
     code, text = strange.call(spoilt, options)
     assert code != 0 and strange.judge_spoilt(rig, what, code, text) == "right", text
+
+
+def test_a_late_force_of_few_sure_slides_is_named_after_the_fit_as_well():
+    rig = strange.rig_of(24)
+    code, text = strange.call(*strange.spoilt(rig, "F late"))
+    assert code != 0 and re.search(r"clock: F comes 0\.4\d* s after u", text), text
 
 
 def level_of(rig):

@@ -779,6 +779,9 @@ def _slide_gap(fit, result, ways):
 def _explained(fit, residual, level, shown):
     rms = fit.rms(residual)
     if rms > 0.25 * level:
+        lag, share = rows.lag_at_turns(fit.log)
+        if share >= FOLLOWS and not _is_late(fit.log, lag):  # few slides may have hidden it before
+            raise not_of_one_clock(fit.log, lag)
         raise Refusal("model", f"model: {shown[0]}" if shown else f"the model does not explain the log: F is off by {rms:.3g} N rms, where breakaway is {level:.3g} N; no answer is better than this one")
 
 
