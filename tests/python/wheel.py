@@ -57,6 +57,7 @@ with tempfile.TemporaryDirectory() as folder:
     for program in programs:
         man_page.check(program, folder / f"own/share/man/man1/{program.name}.1")
         assert re.fullmatch(rf"{program.name} \d+\.\d+\.\d+\n", said(program, "--version", cwd=folder)), program
+    assert "tribo/scenarios/triangle.yaml" in said(tools / "tribo-sweep", "triangles", "--row", "0", cwd=folder)
     assert "feedforward" in said(tools / "tribo-design", "tune", "--noise", "0.001", cwd=folder)
     said(tools / "tribo-identify", "plan", "--low", "0", "--high", "0.9", "--noise", "0.001", "--out", folder / "plan", cwd=folder)
     said(tools / "tribo-sim", "run", folder / "plan" / "plan.yaml", "--out", folder / "rig", cwd=folder)
