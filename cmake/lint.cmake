@@ -5,7 +5,7 @@ find_program(TRIBO_CLANG_FORMAT clang-format-19 REQUIRED)
 find_program(TRIBO_CPPCHECK cppcheck REQUIRED)
 
 file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} lib/*.[ch] common/*.[ch] firmware/*.[ch] host_sim/*.[ch] python/*.[ch] tests/*.[ch]
-     examples/*.[ch] wire/*.h tools/fmu/*.[ch] tools/identify/*.[ch] tools/link/*.[ch] playground/*.[ch])
+     examples/*.[ch] wire/*.h tools/fmu/*.[ch] tools/identify/*.[ch] tools/link/*.[ch] tools/sim/*.[ch] playground/*.[ch])
 
 # The interface of libgpiod that is not here, see tests/linux_vm.
 set(no_gpiod "lines_v[12]")

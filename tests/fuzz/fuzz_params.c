@@ -2,9 +2,9 @@
 
 #include "fuzz.h"
 
-#include "cli/params_header.h"
 #include "loop/loop_config.h"
 #include "scenario/config.h"
+#include "sim/params_header.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 // Draws what the other commands and a drive write.
 
-#include "cli/commands.h"
-#include "cli/tool.h"
+#include "sim/commands.h"
+#include "sim/tool.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
-#include "cli/commands.h"
 #include "scenario/config.h"
 #include "scenario/key_list.h"
 #include "scenario/parameter_list.h"
+#include "sim/commands.h"
 #include "support/data_path.h"
 #include "support/output_file.h"
 #include "support/text.h"

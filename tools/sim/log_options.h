@@ -3,8 +3,8 @@
 #ifndef SIM_CLI_LOG_OPTIONS_H
 #define SIM_CLI_LOG_OPTIONS_H
 
-#include "cli/options.h"
 #include "log/log.h"
+#include "sim/options.h"
 
 enum
 {

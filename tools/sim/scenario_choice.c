@@ -1,6 +1,6 @@
-#include "cli/scenario_choice.h"
+#include "sim/scenario_choice.h"
 
-#include "cli/commands.h"
+#include "sim/commands.h"
 #include "support/data_path.h"
 #include "support/file.h"
 #include "support/text.h"

@@ -1,4 +1,4 @@
-#include "cli/progress.h"
+#include "sim/progress.h"
 
 #include "support/clock.h"
 

@@ -1,6 +1,6 @@
 // tribo-sim: the force loop of lib/ on the host, with a simulated plant or with a recorded log.
 
-#include "cli/commands.h"
+#include "sim/commands.h"
 #include "support/error.h"
 #include "support/output_file.h"
 #include "target/target.h"

@@ -1,8 +1,8 @@
-#include "cli/commands.h"
-#include "cli/params_header.h"
-#include "cli/scenario_choice.h"
 #include "loop/loop_config.h"
 #include "scenario/check.h"
+#include "sim/commands.h"
+#include "sim/params_header.h"
+#include "sim/scenario_choice.h"
 #include "support/file.h"
 #include "support/output_file.h"
 

@@ -1,4 +1,4 @@
-#include "cli/learned.h"
+#include "sim/learned.h"
 
 #include "tribo/feedforward_f32.h"
 

@@ -1,4 +1,4 @@
-#include "cli/params_header.h"
+#include "sim/params_header.h"
 
 #include <ctype.h>
 #include <inttypes.h>

@@ -1,7 +1,7 @@
 // Reads raw logs and writes one clean log: replay's reader, for programs not written in C.
 
-#include "cli/commands.h"
-#include "cli/log_options.h"
+#include "sim/commands.h"
+#include "sim/log_options.h"
 #include "support/file.h"
 #include "support/output_file.h"
 

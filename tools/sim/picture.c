@@ -1,7 +1,7 @@
-#include "cli/picture.h"
+#include "sim/picture.h"
 
-#include "cli/commands.h"
-#include "cli/tool.h"
+#include "sim/commands.h"
+#include "sim/tool.h"
 #include "support/text.h"
 
 #include <errno.h>

@@ -1,4 +1,4 @@
-#include "cli/trace.h"
+#include "sim/trace.h"
 
 #include <string.h>
 

@@ -1,6 +1,6 @@
-#include "cli/log_options.h"
+#include "sim/log_options.h"
 
-#include "cli/commands.h"
+#include "sim/commands.h"
 #include "support/number.h"
 
 #include <stdio.h>

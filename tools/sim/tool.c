@@ -1,6 +1,6 @@
-#include "cli/tool.h"
+#include "sim/tool.h"
 
-#include "cli/commands.h"
+#include "sim/commands.h"
 #include "support/data_path.h"
 #include "support/error.h"
 

@@ -1,6 +1,6 @@
-#include "cli/options.h"
+#include "sim/options.h"
 
-#include "cli/commands.h"
+#include "sim/commands.h"
 
 #include <errno.h>
 #include <stdbool.h>

@@ -1,8 +1,8 @@
 // Makes FMUs.
 
-#include "cli/commands.h"
-#include "cli/scenario_choice.h"
-#include "cli/tool.h"
+#include "sim/commands.h"
+#include "sim/scenario_choice.h"
+#include "sim/tool.h"
 
 #include <stdbool.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #ifndef SIM_COMMANDS_H
 #define SIM_COMMANDS_H
 
-#include "cli/options.h"
+#include "sim/options.h"
 
 #define SIM_EXIT_OK    0
 #define SIM_EXIT_ERROR 1 ///< the run, a file or a value
