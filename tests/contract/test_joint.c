@@ -420,6 +420,104 @@ static void rest(double q_ref, double q, int ticks)
     }
 }
 
+static void test_what_is_believed_is_used_by_half_until_it_is_learned(void)
+{
+    begin(0.2);
+    for (int i = 0; i < 1000; i++)
+    {
+        (void)step(0.0, (double)i, (double)i);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.001, 0.5 * 0.9 * 0.2, number(joint.term));
+}
+
+static void test_a_term_gives_way_to_an_effort_that_opposes_it_at_rest(void)
+{
+    begin(0.2);
+    for (int i = 0; i < 1000; i++)
+    {
+        (void)step(0.0, (double)i, (double)i);
+    }
+    for (int i = 0; i < 200; i++)
+    {
+        (void)step(0.001, 999.0, 999.0);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.001, 0.09, number(joint.term)); // nothing opposes it
+    for (int i = 0; i < 100; i++)
+    {
+        (void)step(-0.03, 999.0, 999.0);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.002, 0.09 - 2.0 * 0.03, number(joint.term));
+
+    // Back, and the loop already pushes that way: what it has wound up is not added to.
+    for (int i = 0; i < 100; i++)
+    {
+        (void)step(-0.06, 999.0, 999.0);
+    }
+    double most = 0.0;
+    for (int i = 0; i < 20; i++)
+    {
+        (void)step(-0.06, 998.0 - i, 999.0 - i);
+        most = fmax(most, -number(joint.term));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.015, 0.09 - 0.06, most);
+    for (int i = 20; i < 600; i++)
+    {
+        (void)step(0.0, 998.0 - i, 999.0 - i);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.002, -0.09, number(joint.term));
+}
+
+static void test_without_a_loop_there_is_no_term_at_rest(void)
+{
+    begin(0.2);
+    for (int i = 0; i < 1000; i++)
+    {
+        (void)step(0.0, (double)i, (double)i); // a hand leads it
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.001, 0.09, number(joint.term));
+    rest(999.0, 999.0, 200);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, number(joint.term));
+}
+
+static void test_a_joint_that_is_off_by_two_travels_turns_and_not_before(void)
+{
+    begin(0.2);
+    for (int i = 0; i < 1000; i++)
+    {
+        (void)step(0.0, (double)i, (double)i);
+    }
+    rest(999.0, 999.0 + 8.0, 200);
+    TEST_ASSERT_EQUAL(1, joint.sign);
+    rest(999.0, 999.0 + 9.0, 200);
+    TEST_ASSERT_EQUAL(-1, joint.sign);
+    TEST_ASSERT_EQUAL(1, joint.turns);
+    for (int i = 0; i < 20; i++)
+    {
+        (void)step(0.0, 999.0 + i, 1000.0 + i);
+    }
+    TEST_ASSERT_EQUAL(0, joint.turns);
+}
+
+static void test_one_pair_of_slides_moves_what_is_learned_by_a_quarter_at_most(void)
+{
+    begin_without_term();
+    slides(6, 400.0, 1.0, 0.2);
+    const float before = report().friction;
+    slides(2, 400.0, 1.0, 0.9);
+    TEST_ASSERT_TRUE(report().friction > 1.1f * before);
+    TEST_ASSERT_TRUE(report().friction < 1.6f * before); // two ends of slides
+}
+
+static void test_a_joint_behind_its_reference_is_not_astray(void)
+{
+    begin(0.2);
+    for (int i = 0; i < 2000; i++) // it catches up with a lag
+    {
+        (void)step(0.0, 500.0 + 0.5 * i, fmin(500.0 + 0.5 * i - 20.0, 1.0 * i));
+    }
+    TEST_ASSERT_EQUAL(TRIBO_JOINT_SOUND, report().cause);
+}
+
 static void test_a_term_alone_does_not_pull_a_joint_back(void)
 {
     begin(0.2);
@@ -551,6 +649,12 @@ int main(void)
 #if TRIBO_IS_Q31
     RUN_TEST(test_counts_may_wrap);
 #endif
+    RUN_TEST(test_what_is_believed_is_used_by_half_until_it_is_learned);
+    RUN_TEST(test_a_term_gives_way_to_an_effort_that_opposes_it_at_rest);
+    RUN_TEST(test_without_a_loop_there_is_no_term_at_rest);
+    RUN_TEST(test_a_joint_that_is_off_by_two_travels_turns_and_not_before);
+    RUN_TEST(test_one_pair_of_slides_moves_what_is_learned_by_a_quarter_at_most);
+    RUN_TEST(test_a_joint_behind_its_reference_is_not_astray);
     RUN_TEST(test_a_term_alone_does_not_pull_a_joint_back);
     RUN_TEST(test_a_joint_that_goes_astray_loses_its_term_within_a_tenth_of_a_second_until_restored);
     RUN_TEST(test_a_joint_that_moves_fast_may_run_ahead_for_a_tenth_of_a_second);

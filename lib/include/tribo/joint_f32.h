@@ -14,7 +14,8 @@
 ///
 /// Direction. While q_ref moves friction opposes its motion. While it rests friction opposes the way back to it, once the joint is off by two
 /// `travel`; from the second change of direction on each halves the term until q_ref moves again, so that what hunts dies out. Nearer than
-/// that the term gives way to an effort that opposes it.
+/// that the term gives way to an effort that opposes it. The term alone never moves a resting joint: without an effort (a loop that is off)
+/// there is none.
 ///
 /// Learning. From a reversal to the next (a slide) no kinetic energy is left over, so the effort's work is that of friction and load; slides in
 /// either direction tell the two apart. The slow part of a slide counts, since viscous friction is no part of breakaway. Only slides count

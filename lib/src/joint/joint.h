@@ -194,7 +194,7 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
     }
 }
 
-/// Where the term is to go. At rest it gives way to an effort that opposes it, and off q_ref it needs one that goes back: a term alone never
+/// Where the term is to go. At rest it needs a loop that is on, gives way to an effort that opposes it, and off q_ref needs one that goes back: a term alone never
 /// moves the joint.
 static force_t wanted_term(const joint_t *x, force_t effort)
 {
@@ -203,6 +203,10 @@ static force_t wanted_term(const joint_t *x, force_t effort)
     force_t       less = within_of(x->kept, 0, size);
     if (x->still == x->params.rest_ticks)
     {
+        if (effort == 0)
+        {
+            return 0; // the loop is off
+        }
         const force_t wound  = minus(effort, x->offset);
         const force_t toward = x->sign < 0 ? -wound : wound;
         const force_t most   = within_of(toward, 0, size / JOINT_SUPPORT) * JOINT_SUPPORT;
