@@ -1,6 +1,7 @@
 """An ODrive on python-can's virtual bus, with the examples' arm and the amplifier of a torque sensor. Its time goes on by a period
 with each torque command, so that a run is the same on any machine."""
 
+import math
 import pathlib
 import struct
 import sys
@@ -71,3 +72,35 @@ class FakeODrive(CanNode):
         self.left_s -= time_s
         if self.state == 8 and self.left_s <= 0:
             self.fail(WATCHDOG_EXPIRED)
+
+
+class Hinge:
+    """A joint of 0.002 kg m2 with 0.1 N m of Coulomb friction, in turns; its encoder has 8,192 counts."""
+
+    INERTIA, FRICTION, COUNTS, SUBSTEPS = 0.0126, 0.1, 8192, 20  # N m s2 a turn
+
+    def __init__(self, period_s):
+        self.dt, self.force, self.speed = period_s / self.SUBSTEPS, 0.0, 0.0  # `force`: where it is
+
+    @property
+    def reading(self):
+        return math.floor(self.force * self.COUNTS) / self.COUNTS
+
+    def step(self, torque):
+        for _ in range(self.SUBSTEPS):
+            push = torque + self.INERTIA * self.speed / self.dt
+            self.speed = 0.0 if abs(push) < self.FRICTION else (push - math.copysign(self.FRICTION, push)) * self.dt / self.INERTIA
+            self.force += self.dt * self.speed
+
+
+class FakeJoint(FakeODrive):
+    """An ODrive with that joint, and frames of its encoder instead of a sensor's."""
+
+    def __init__(self, channel, period_s):
+        self.hinge = Hinge(period_s)
+        super().__init__(channel, period_s)
+        self.arm = self.hinge
+
+    def sense(self):
+        if self.state == 8 and self.has_sensor:
+            self.send(NODE << 5 | 0x09, struct.pack("<ff", self.hinge.reading, self.hinge.speed))

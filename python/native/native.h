@@ -118,6 +118,56 @@ unsigned    native_part_limited_ticks(const native_part_t *part);
 unsigned    native_part_bad_inputs(const native_part_t *part);
 double      native_part_sample_time_s(const native_part_t *part);
 
+// --- an axis and a joint in one struct -------------------------------------------------------------------------------------------
+
+typedef struct native_axis  native_axis_t;
+typedef struct native_joint native_joint_t;
+
+/// `numbers`: sample time, u_min, u_max, input_max, usual force, breakaway's offset and slope (positive, negative), gravity, arm's lag, noise,
+/// poles of actuator and sensor, kp, ki, full scale. `kind` of the controller: pi, sections (of five numbers each), paper, own or none. Null if it is
+/// refused.
+native_axis_t *native_axis_new(bool            q31,
+                               const float     numbers[17],
+                               const char     *kind,
+                               const float    *sections,
+                               unsigned        count,
+                               native_error_t *error);
+void           native_axis_delete(native_axis_t *axis);
+void           native_axis_play(native_axis_t *axis, const double *r_n, const double *y_n, size_t count, double *u_n);
+double         native_axis_error(native_axis_t *axis, double r_n, double y_n);
+double         native_axis_command(native_axis_t *axis, double v_n);
+double         native_axis_excess(const native_axis_t *axis);
+void           native_axis_restore(native_axis_t *axis);
+
+/// Learned breakaway, low, high (positive, negative each), travel, times_less, share, bad_inputs, limited_ticks, forgotten. Then the warnings, one by one:
+/// null behind the last.
+void        native_axis_report(native_axis_t *axis, double numbers[12]);
+const char *native_axis_warning(native_axis_t *axis);
+
+/// What is learned, as `size` bytes; what fits in no axis of that arithmetic and rig is refused.
+size_t native_axis_blob_size(const native_axis_t *axis);
+void   native_axis_export(const native_axis_t *axis, void *bytes);
+bool   native_axis_import(native_axis_t *axis, const void *bytes, size_t size, native_error_t *error);
+
+/// `numbers`: sample time, effort_max, travel, breakaway, actuator's pole, gain. Null if it is refused.
+native_joint_t *native_joint_new(bool q31, const float numbers[6], native_error_t *error);
+void            native_joint_delete(native_joint_t *joint);
+void            native_joint_play(native_joint_t *joint,
+                                  const double   *effort,
+                                  const double   *q_ref,
+                                  const double   *q,
+                                  size_t          count,
+                                  double         *u);
+void            native_joint_load(native_joint_t *joint, double load);
+bool            native_joint_gain(native_joint_t *joint, double gain, native_error_t *error);
+void            native_joint_restore(native_joint_t *joint);
+
+/// Force, low, high.
+void native_joint_force(const native_joint_t *joint, double force[3]);
+
+/// Friction, low, high, load, share, 1 if it is learned, bad_inputs, limited_ticks. Returns the cause's sentence.
+const char *native_joint_report(const native_joint_t *joint, double numbers[8]);
+
 // --- for tribo-design ----------------------------------------------------------------------------------------------
 
 /// What tribo_controller_q31_init makes of float32 sections of five numbers each. `numbers`: eight of each section made, two at

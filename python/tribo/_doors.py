@@ -1,0 +1,244 @@
+"""A force axis, and a joint without a force sensor, each in one object: the library's own, in either arithmetic."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ._core import Arithmetic, new_error, raised, text
+from ._native import ffi, lib
+
+Floats = npt.NDArray[np.float64]
+
+
+def _arithmetic(arith: str) -> bool:
+    if arith not in ("f32", "q31"):
+        raise ValueError(f"arith={arith!r}: there are f32 and q31")
+    return arith == "q31"
+
+
+def _columns(*inputs: npt.ArrayLike) -> list[Floats]:
+    given = [np.ascontiguousarray(x, np.float64) for x in np.broadcast_arrays(*(np.atleast_1d(np.asarray(x, np.float64)) for x in inputs))]
+    if given[0].ndim != 1:
+        raise ValueError("an input is a number or an array of one dimension")
+    return given
+
+
+def _played(play: object, handle: object, inputs: list[Floats]) -> Floats:
+    out = np.empty(len(inputs[0]))
+    play(handle, *(ffi.from_buffer("double *", x) for x in inputs), len(out), ffi.from_buffer("double *", out, require_writable=True))  # type: ignore[operator]
+    return out
+
+
+@dataclass(frozen=True)
+class AxisReport:
+    """Of the positive and the negative direction: learned breakaway at the usual force, and the interval in which it is."""
+
+    breakaway_N: tuple[float, float]
+    low_N: tuple[float, float]
+    high_N: tuple[float, float]
+    travel_N: float
+    times_less: float  # work of the controller at a reversal, against none compensated; 0: not known yet
+    share: float  # of friction that the guard lets through
+    bad_inputs: int
+    limited_ticks: int
+    forgotten: int
+    warnings: tuple[str, ...]
+
+
+class Axis:
+    """A force axis: loop, feed-forward and guard. Breakaway is offset_N + slope |F|; negative ones that are left out are as the positive.
+
+    >>> axis = Axis(sample_time_s=1e-3, u_min_N=-2, u_max_N=2, offset_N=0.007, slope=0.3, actuator_pole_rad_per_s=200, sensor_pole_rad_per_s=55, kp=1.9, ki_per_s=110)
+    >>> -2 <= axis.step(0.5, 0.0) <= 2
+    True
+
+    One controller: kp and ki_per_s; sections, rows of b0, b1, b2, a1, a2 in the delta operator; or "paper" or "own", for which a tick is
+    `u = axis.command(my_pid(axis.error(r, y)))`.
+    """
+
+    def __init__(
+        self,
+        *,
+        sample_time_s: float,
+        u_min_N: float,
+        u_max_N: float,
+        offset_N: float,
+        slope: float = 0.0,
+        actuator_pole_rad_per_s: float,
+        sensor_pole_rad_per_s: float,
+        kp: float | None = None,
+        ki_per_s: float | None = None,
+        sections: npt.ArrayLike | None = None,
+        controller: Literal["paper", "own"] | None = None,
+        negative_offset_N: float = 0.0,
+        negative_slope: float = 0.0,
+        input_max_N: float = 0.0,
+        usual_force_N: float = 0.0,
+        gravity_N: float = 0.0,
+        arm_lag_s: float = 0.0,
+        noise_N: float = 0.0,
+        full_scale_N: float = 0.0,
+        arith: Arithmetic = "f32",
+    ) -> None:
+        has_gains = kp is not None or ki_per_s is not None
+        if has_gains + (sections is not None) + (controller is not None) != 1:
+            raise ValueError("one controller: kp and ki_per_s, sections, or controller='paper' or 'own'")
+        if controller not in (None, "paper", "own"):
+            raise ValueError(f"controller={controller!r}: there are paper and own")
+        rows = np.ascontiguousarray(np.empty((0, 5)) if sections is None else sections, np.float32)
+        if rows.ndim != 2 or rows.shape[1] != 5:
+            raise ValueError("sections: rows of b0, b1, b2, a1, a2")
+        full = full_scale_N or 4.0 * max(abs(u_min_N), abs(u_max_N))
+        rig = (sample_time_s, u_min_N, u_max_N, input_max_N, usual_force_N, offset_N, slope, negative_offset_N, negative_slope, gravity_N, arm_lag_s, noise_N)
+        numbers = (*rig, actuator_pole_rad_per_s, sensor_pole_rad_per_s, kp or 0.0, ki_per_s or 0.0, full)
+        kind = "pi" if has_gains else controller or "sections"
+        error = new_error()
+        made = lib.native_axis_new(_arithmetic(arith), numbers, kind.encode(), ffi.from_buffer("float *", rows) if rows.size else ffi.NULL, len(rows), error)
+        if made == ffi.NULL:
+            raise raised(error)
+        self._axis = ffi.gc(made, lib.native_axis_delete)
+        self.arith = arith
+
+    def step(self, r_N: float, y_N: float) -> float:
+        """One tick: reference and reading give u."""
+        return float(self.steps(r_N, y_N)[0])
+
+    def steps(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> Floats:
+        """A tick for each element."""
+        return _played(lib.native_axis_play, self._axis, _columns(r_N, y_N))
+
+    def error(self, r_N: float, y_N: float) -> float:
+        """The first half of a tick: the error for a controller of your own."""
+        return lib.native_axis_error(self._axis, r_N, y_N)  # type: ignore[no-any-return]
+
+    def command(self, v_N: float) -> float:
+        """The second half: u of your controller's output."""
+        return lib.native_axis_command(self._axis, v_N)  # type: ignore[no-any-return]
+
+    @property
+    def excess_N(self) -> float:
+        """What the limit took of the last command; for the anti-windup of your controller."""
+        return lib.native_axis_excess(self._axis)  # type: ignore[no-any-return]
+
+    def report(self) -> AxisReport:
+        """What is learned, and warnings as text."""
+        x = ffi.new("double[12]")
+        lib.native_axis_report(self._axis, x)
+        warnings = []
+        while (warning := lib.native_axis_warning(self._axis)) != ffi.NULL:
+            warnings.append(text(warning))
+        return AxisReport((x[0], x[1]), (x[2], x[3]), (x[4], x[5]), x[6], x[7], x[8], int(x[9]), int(x[10]), int(x[11]), tuple(warnings))
+
+    def restore(self) -> None:
+        """Opens what is latched: friction returns in full."""
+        lib.native_axis_restore(self._axis)
+
+    def export(self) -> bytes:
+        """What is learned, for load()."""
+        blob = ffi.new("char[]", lib.native_axis_blob_size(self._axis))
+        lib.native_axis_export(self._axis, blob)
+        return bytes(ffi.buffer(blob))
+
+    def load(self, blob: bytes) -> None:
+        """Takes over what another axis of this rig and arithmetic has learned."""
+        error = new_error()
+        if not lib.native_axis_import(self._axis, ffi.from_buffer(blob), len(blob), error):
+            raise raised(error)
+
+
+@dataclass(frozen=True)
+class JointReport:
+    """Learned friction with the interval in which it is, in the unit of effort."""
+
+    friction: float
+    low: float
+    high: float
+    load: float  # that does not reverse; the loop holds it
+    share: float  # of the term that the guard lets through
+    is_learned: bool
+    bad_inputs: int
+    limited_ticks: int
+    cause: str  # "sound", or why the guard has taken the term out
+
+
+@dataclass(frozen=True)
+class JointForce:
+    """What the joint does to its surroundings."""
+
+    force: float
+    low: float
+    high: float
+
+
+class Joint:
+    """A joint with current and encoder, beside a position, velocity or impedance loop whose output is `effort`.
+
+    >>> joint = Joint(sample_time_s=1e-3, effort_max=3.0, travel=0.0015)
+    >>> joint.step(0.5, 0.0, 0.0)
+    0.5
+
+    q_ref and q are in one unit, in q31 whole counts of the encoder; `travel` is the least change of q that is motion and no noise.
+    """
+
+    def __init__(
+        self,
+        *,
+        sample_time_s: float,
+        effort_max: float,
+        travel: float,
+        breakaway: float = 0.0,
+        actuator_pole_rad_per_s: float = 0.0,
+        gain: float = 0.9,
+        arith: Arithmetic = "f32",
+    ) -> None:
+        error = new_error()
+        made = lib.native_joint_new(_arithmetic(arith), (sample_time_s, effort_max, travel, breakaway, actuator_pole_rad_per_s, gain), error)
+        if made == ffi.NULL:
+            raise raised(error)
+        self._joint = ffi.gc(made, lib.native_joint_delete)
+        self._gain = gain
+        self.arith = arith
+
+    def step(self, effort: float, q_ref: float, q: float) -> float:
+        """One tick: u for the drive."""
+        return float(self.steps(effort, q_ref, q)[0])
+
+    def steps(self, effort: npt.ArrayLike, q_ref: npt.ArrayLike, q: npt.ArrayLike) -> Floats:
+        """A tick for each element."""
+        return _played(lib.native_joint_play, self._joint, _columns(effort, q_ref, q))
+
+    def load(self, load: float) -> None:
+        """The load by a model of the arm, e.g. gravity, as effort: added to u from the next tick on, and not learned."""
+        lib.native_joint_load(self._joint, load)
+
+    @property
+    def gain(self) -> float:
+        """Part of the learned friction that is taken out, 0 to 1; the term follows a change in a third of a second."""
+        return self._gain
+
+    @gain.setter
+    def gain(self, gain: float) -> None:
+        error = new_error()
+        if not lib.native_joint_gain(self._joint, gain, error):
+            raise raised(error)
+        self._gain = gain
+
+    def restore(self) -> None:
+        """The term comes back, once the cause is found."""
+        lib.native_joint_restore(self._joint)
+
+    def force(self) -> JointForce:
+        """The end-point force from current, with its interval."""
+        x = ffi.new("double[3]")
+        lib.native_joint_force(self._joint, x)
+        return JointForce(x[0], x[1], x[2])
+
+    def report(self) -> JointReport:
+        """What is learned, and what the guard says."""
+        x = ffi.new("double[8]")
+        cause = text(lib.native_joint_report(self._joint, x))
+        return JointReport(x[0], x[1], x[2], x[3], x[4], x[5] > 0.0, int(x[6]), int(x[7]), cause)
