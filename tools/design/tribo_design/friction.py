@@ -69,7 +69,8 @@ def scenario(design, plant, f32, source):
     slowest = 3 * full_f / (6 * 2**31 * h)  # v0 of less than a bit a tick
     friction += [] if 2 * slowest <= 0.007 else [f"    v0_N_per_s: {2 * slowest:.9g}"]
     lines = [f'# A force loop with the controller "{design.name}", made by tribo-design of {source}.']
-    rig = {"offset": offset, "usual-force": limit_f / 4, "sample-time": h, "full-scale": full_f}
+    usual = min(limit_f / 4, top)  # a plant of large gain has limits far beyond what it is asked for
+    rig = {"offset": offset, "usual-force": usual, "sample-time": h, "full-scale": full_f}
     if chain is None:
         lines += [f"# The plant and the arm are the paper's, as {why}."]
         arm, parts = None, [f"plant: {{step_s: {h / 10:.9g}}}"]
@@ -89,7 +90,7 @@ def scenario(design, plant, f32, source):
         *lines, f'description: "a triangle with the controller {design.name}{scaled}"', f"duration_s: {20 * PERIODS}", f"sample_time_s: {h:.9g}",
         f"reference: {{kind: triangle, low_N: {2 * top / 3:.9g}, high_N: {top:.9g}, period_s: 20}}", *parts,
         "controller:", "  kind: delta", "  sections:", *(f"    - {{{section}}}" for section in sections),
-        *tuning.as_yaml(tuning.tuned(rig)).splitlines(), *([f"  arm: {arm}"] if arm else []), *(["  friction:", *friction] if friction else []),
+        *tuning.as_yaml(tuning.tuned(rig)).splitlines(), *([f"  usual_force_N: {usual:.9g}"] if usual < limit_f / 4 else []), *([f"  arm: {arm}"] if arm else []), *(["  friction:", *friction] if friction else []),
         f"limits: {{u_min_N: {-limit_f:.9g}, u_max_N: {limit_f:.9g}, input_max_N: {full:.9g}, full_scale_N: {full_f:.9g}}}",
         "metrics: {start_s: 20}", ""])
 
