@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal, Unpack, cast
 
 import numpy as np
@@ -31,12 +31,14 @@ class Way:
 
 @dataclass(frozen=True)
 class Learned:
-    """What a feed-forward has learned: breakaway in both directions, whether friction fed forward did harm and was fed back, and how often its memory was corrupt."""
+    """What a feed-forward has learned: breakaway in both directions, whether friction fed forward did harm and was fed back, and how often its memory was corrupt. Of a run also the usual force, at
+    which breakaway set the widths of the feed-forward."""
 
     positive: Way
     negative: Way
     harms: bool
     forgotten: int
+    usual_force_N: float | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ def _summary(tree: dict[str, Any]) -> Summary:
 
 
 def learned(tree: dict[str, Any]) -> Learned:
-    return Learned(Way(**tree["positive"]), Way(**tree["negative"]), tree["harms"], int(tree["forgotten"]))
+    return Learned(Way(**tree["positive"]), Way(**tree["negative"]), tree["harms"], int(tree["forgotten"]), tree.get("usual_force_N"))
 
 
 class Run(Mapping[str, Array]):
