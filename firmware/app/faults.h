@@ -19,7 +19,7 @@
 #define FAULTS_RISE_MEASURED 2u ///< ... three
 #define FAULTS_RISE_LOOP     1u ///< ... two: of tracking and command limit, which a fast reference leads to as well
 #define FAULTS_RISE_BAD      8u ///< ... nine: of readings that the debounce leaves out
-#define FAULTS_RISE_LIMITED  2  ///< of swings, with u at a limit
+#define FAULTS_RISE_LIMITED  3  ///< of swings of y, with u at a limit
 #define FAULTS_BAD_LEVEL     (FAULTS_RISE_BAD * 32u)
 
 #define FAULTS_REST_MS 1000u
@@ -194,20 +194,15 @@ static inline scaling_rise_t faults_turn(faults_turns_t *turns, loop_force_t x, 
     return size;
 }
 
-/// Swings fill the level, what r has asked for and time empty it. At a limit of u time fills it as well, after a swing.
+/// Swings fill the level, what r has asked for and time empty it.
 static inline void faults_swing(const faults_bounds_t *bounds,
                                 const faults_swings_t *swings,
                                 faults_turns_t        *turns,
                                 loop_force_t           x,
-                                int32_t                asked,
-                                bool                   limited)
+                                int32_t                asked)
 {
     const scaling_rise_t size  = faults_turn(turns, x, swings->least);
-    int32_t              level = turns->level - asked;
-    if (turns->level != 0)
-    {
-        level += turns->level < 0 ? 1 : limited ? FAULTS_RISE_LIMITED : -1;
-    }
+    int32_t              level = turns->level - (turns->level > 0) + (turns->level < 0) - asked;
     if (size > 0)
     {
         level += faults_charge(swings, size);
@@ -218,9 +213,9 @@ static inline void faults_swing(const faults_bounds_t *bounds,
 /// Ticks of the swing that has not turned yet.
 static inline int32_t faults_under_way(const faults_swings_t *swings, const faults_turns_t *turns)
 {
-    const scaling_rise_t size =
-        turns->falls ? scaling_rise(turns->end, turns->begin) : scaling_rise(turns->begin, turns->end);
-    return size > swings->least ? faults_charge(swings, size) : 0;
+    return faults_charge(swings,
+                         turns->falls ? scaling_rise(turns->end, turns->begin)
+                                      : scaling_rise(turns->begin, turns->end));
 }
 
 /// Ticks of swings that r has asked for by moving as far as a loop follows it.
@@ -252,8 +247,12 @@ static inline bool faults_swinging(const faults_bounds_t *bounds,
     {
         return false;
     }
-    faults_swing(bounds, &bounds->swings_of_u, &state->u, u, FAULTS_KICKS * asked, false);
-    faults_swing(bounds, &bounds->swings_of_y, &state->y, y, asked, limited);
+    faults_swing(bounds, &bounds->swings_of_u, &state->u, u, FAULTS_KICKS * asked);
+    faults_swing(bounds, &bounds->swings_of_y, &state->y, y, asked);
+    if (limited && state->y.level > 0)
+    {
+        state->y.level += FAULTS_RISE_LIMITED;
+    }
     const int32_t of_y = state->y.level;
     return state->u.level > bounds->swing_ticks ||
            (of_y > 0 && of_y + faults_under_way(&bounds->swings_of_y, &state->y) > bounds->swing_ticks);

@@ -598,7 +598,7 @@ static double seconds_of(bool of_u, double size, double times, uint32_t period_u
     {
         const double phase = fmod(1e-6 * period_us * i * times, 1.0);
         const double x     = size * (phase < 0.5 ? phase : 1.0 - phase) * 2.0 - 0.25;
-        faults_swing(&bounds, swings, &turns, board_force(x * range_n), 0, false);
+        faults_swing(&bounds, swings, &turns, board_force(x * range_n), 0);
         if (turns.level > bounds.swing_ticks)
         {
             return 1e-6 * period_us * i;
