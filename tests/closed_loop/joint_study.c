@@ -6,8 +6,8 @@
 //     joint_study_f32 force FIRST LAST     the end-point force from current
 //
 // An error counts at least one count of the encoder. Seeds 1 to 40 were looked at while the method was made; 1001 to 1100 showed that a joint
-// without a loop needs no term; those from 2001 on were not looked at. Exit status 1 where a joint is below 0.9, the guard steps in for nothing,
-// a joint runs away, or the force is outside its interval too often.
+// without a loop needs no term; those from 2001 on were not looked at. Exit status 1 where a joint is below 0.9, the guard steps in for nothing
+// in more than one of ten, a joint runs away, or the force is outside its interval too often.
 
 #include "tribo/joint_f32.h"
 #include "tribo/joint_q31.h"
@@ -392,7 +392,7 @@ static int errors(uint64_t first, uint64_t last)
     print_ratios("all", all, count);
     print_ratios("friction is to blame", blamed, some);
     printf("%zu below 0.9, guard in %zu\n", below, tripped);
-    return below > 0 || tripped > 0 || (some > 0 && blamed[some / 2] < 2.5);
+    return below > 0 || 10 * tripped > count || (some > 0 && blamed[some / 2] < 2.5);
 }
 
 // --- runaway ------------------------------------------------------------------------------------------------------------------

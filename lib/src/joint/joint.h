@@ -49,7 +49,7 @@ static void direct(joint_t *x, way_t intended, way_t off, force_t effort)
         if (x->still == x->params.rest_ticks)
         {
             const force_t wound = minus(effort, x->offset);
-            x->kept             = within_of(side > 0 ? wound : -wound, 0, x->level);
+            x->kept             = within_of(side > 0 ? wound : minus(0, wound), 0, x->level);
         }
         x->intended = side;
         x->still    = 0;
@@ -74,14 +74,14 @@ static void direct(joint_t *x, way_t intended, way_t off, force_t effort)
     }
 }
 
-/// Whether the joint runs ahead of q_ref with its term: by more than JOINT_ASTRAY, and than 0.1 s at half of its last peak speed.
+/// Whether the joint runs ahead of q_ref with its term: by more than JOINT_ASTRAY, and than 0.2 s at half of its last peak speed.
 static void guard(joint_t *x, way_t intended, way_t measured, way_t off)
 {
     const way_t ahead = x->sign > 0 ? way_plus(measured, -intended) : way_plus(intended, -measured);
     const way_t sum   = way_plus(x->astray, ahead);
     x->astray         = sign_of(off) == -x->sign && sum > 0 ? sum : 0;
     if (x->astray > JOINT_ASTRAY * x->params.half &&
-        x->astray > 2 * (long_t)x->slide.knee * (way_t)x->params.rest_ticks)
+        x->astray > JOINT_AHEAD * (long_t)x->slide.knee * (way_t)x->params.rest_ticks)
     {
         trip(x, TRIBO_JOINT_ASTRAY);
     }
@@ -208,9 +208,9 @@ static force_t wanted_term(const joint_t *x, force_t effort)
             return 0; // the loop is off
         }
         const force_t wound  = minus(effort, x->offset);
-        const force_t toward = x->sign < 0 ? -wound : wound;
+        const force_t toward = x->sign < 0 ? minus(0, wound) : wound;
         const force_t most   = within_of(toward, 0, size / JOINT_SUPPORT) * JOINT_SUPPORT;
-        const force_t backs  = within_of(-toward, 0, size);
+        const force_t backs  = within_of(minus(0, toward), 0, size);
         size                 = x->is_off != 0u ? most : size;
         less                 = x->is_off != 0u ? 0 : plus(backs, backs);
     }

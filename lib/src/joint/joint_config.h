@@ -17,7 +17,8 @@
 #define JOINT_OBSERVER_LEAST 0.01f   // s
 #define JOINT_FASTEST        1000.0f // travels in a tick
 #define JOINT_DEADBAND       4       // halves of a travel
-#define JOINT_ASTRAY         32      // halves of a travel
+#define JOINT_ASTRAY         64      // halves of a travel
+#define JOINT_AHEAD          4       // rest times at the last knee
 #define JOINT_MODEL          0.1f    // of the friction: what a mean of slides leaves out
 #define JOINT_SLOW_MIN       16      // halves of a travel
 #define JOINT_SLIDE_MIN      32      // halves of a travel
