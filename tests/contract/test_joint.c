@@ -566,7 +566,7 @@ static void test_a_joint_that_moves_fast_may_run_ahead_for_a_tenth_of_a_second(v
 {
     begin(0.2);
     slides(4, 4000.0, 10.0, 0.2);
-    for (int i = 0; i < 60; i++)
+    for (int i = 0; i < 90; i++)
     {
         (void)step(0.0, 10.0 + 10.0 * i, 12.0 * i);
     }
