@@ -21,7 +21,7 @@
 /// either direction tell the two apart. The slow part of a slide counts, since viscous friction is no part of breakaway. Only slides count
 /// that q_ref asked for, 16 `travel` or longer.
 ///
-/// Guard. It fades the term within 0.1 s, says why, and stays until tribo_joint_f32_restore: where the joint runs away from q_ref with
+/// Guard. Once it notices, it fades the term within 0.1 s, says why, and stays until tribo_joint_f32_restore: where the joint runs away from q_ref with
 /// its term, where it hunts at rest, where slides give more energy than they take (effort or encoder have the wrong sign).
 ///
 /// No heap, no libm. One division at the end of a slide, none in any other tick. Not synchronized: one joint, one tick.

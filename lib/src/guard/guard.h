@@ -24,7 +24,7 @@
 //
 // In succession, and without memory: one good turn begins anew. What counts are turns, each of which is an event of 0.1 s and more, and no
 // ticks that a loose contact makes good in between. Counting down by 1 instead was tried on 75 rigs that are not broken: overshoot, of
-// which every second or third break-away may be one, was found in 12 of 64 instead of 2, and hunting in 26 instead of 22. What drives u to
+// which every second or third break-away may be one, was found in 12 of 64 instead of 2, and hunting in about as many as before. What drives u to
 // its limit at a loose contact is the controller, with friction faded as well: the drive's levels (firmware/app/faults.h) stop that.
 //
 // The cause is latched, and the fade of friction goes from 1 to 0 within fade_time_s; a restore undoes it as slowly.
