@@ -186,7 +186,8 @@ static bool check_sizes(params_error_t *error, const params_set_t *set)
     for (uint32_t word = 0; word < PARAMS_WORDS; word++)
     {
         const float least = params_least(word);
-        if (params_is_number(word) && !params_is_meant(params_word(set, word), least))
+        // What a word is takes a search among all rows, so it is asked last.
+        if (!params_is_meant(params_word(set, word), least) && params_is_number(word))
         {
             return refuse(error, word, params_number(set, word), least, highest(word), TRIBO_OK);
         }

@@ -1,5 +1,6 @@
 #include "tribo/axis_q31.h"
 
+#include "../number/ieee_f32.h"
 #include "../number/words_q31.h"
 #include "axis_config.h"
 
