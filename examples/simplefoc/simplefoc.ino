@@ -22,7 +22,9 @@ float read_force_n(); // yours; NAN if it has no reading
 
 float force_control(FOCMotor *)
 {
-    return AMPERE_PER_N * tribo_force_loop_f32_step(&rig_params, &force_loop, reference_n, read_force_n(), NULL);
+    const float u_n = tribo_force_loop_f32_step(&rig_params, &force_loop, reference_n, read_force_n(), NULL);
+    tribo_feedforward_f32_learn(&rig_params, &memory);
+    return AMPERE_PER_N * u_n;
 }
 
 void force_tick() // a timer of 1 kHz

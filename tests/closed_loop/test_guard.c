@@ -1,5 +1,6 @@
 // The guard with both methods on the paper's plant: it stops hunting and leaves other loops alone.
 
+#include "feedforward/learner.h"
 #include "plant/truth.h"
 #include "rig.h"
 #include "unity.h"
@@ -105,8 +106,8 @@ static void believe(double scale)
 
 static void tick_without_learning(double r)
 {
-    rig.loop.memory.state.learning.TRIBO_N(sample) = 0;
     (void)tick(r, rig_sensor(&rig));
+    tribo_learner_forget(&rig.loop.memory.state.learner);
 }
 
 static void test_a_feed_forward_that_does_not_learn_and_believes_too_much_overshoots(void)
@@ -128,8 +129,8 @@ static void test_a_feed_forward_that_does_harm_notices_it_and_feeds_back(void)
     {
         tick_without_learning(rig_triangle(5 * k));
     }
-    TEST_ASSERT_TRUE(rig.loop.memory.state.monitor.feedback.harms);
-    TEST_ASSERT_TRUE(rig.loop.memory.state.monitor.feedback.length > 4);
+    TEST_ASSERT_TRUE(rig.loop.memory.state.learner.harms);
+    TEST_ASSERT_TRUE(rig.loop.memory.state.learner.length > 4);
     rig_close(&rig);
 }
 

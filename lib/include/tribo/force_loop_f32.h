@@ -54,7 +54,7 @@ typedef struct
     tribo_compensator_f32_config_t compensator;
 } tribo_force_loop_f32_config_t;
 
-#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 8 ///< of the params' fields and their meaning, for params made on a host
+#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 9 ///< of the params' fields and their meaning, for params made on a host
 
 typedef struct tribo_force_loop_f32_params tribo_force_loop_f32_params_t;
 
