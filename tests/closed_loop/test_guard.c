@@ -104,10 +104,17 @@ static void believe(double scale)
     open_guarded(scale, &method);
 }
 
+/// The learner is certain of the prior, but for what chatter of a feedback tells it while that lasts.
 static void tick_without_learning(double r)
 {
+    const tribo_feedforward_learning_t *const learning = &rig.loop.feedforward.learning;
+    tribo_feedforward_learner_t *const        learner  = &rig.loop.memory.state.learner;
     (void)tick(r, rig_sensor(&rig));
-    tribo_learner_forget(&rig.loop.memory.state.learner);
+    const float V_0 = learner->left > 0u ? tribo_learner_sliding(learning, learner) : 1.0f;
+    for (int i = 0; i < 4; i++) // a quarter in a step
+    {
+        tribo_learner_take(learning, learner, V_0, 0.0f, 1.0f, 0.0f, 0.0f);
+    }
 }
 
 static void test_a_feed_forward_that_does_not_learn_and_believes_too_much_overshoots(void)

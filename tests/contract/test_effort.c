@@ -15,7 +15,7 @@
 #define SLOPE  0.05
 #define G0     0.02
 #define BELIEF 0.9
-#define CLOSE  2e-6
+#define CLOSE  TRIBO_EITHER(2e-6, 2e-7)
 #define UNIT   TRIBO_EITHER(1.0, 1.0 / 536870912.0) // of Q29
 
 typedef struct

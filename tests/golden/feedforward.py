@@ -108,14 +108,14 @@ class Learner:
 
     def step(self, s):
         B, unit = self.loop.B, self.loop.B / 314
-        if s["starts"]:
-            self.start(s["m"], s["z"])
         for _ in range(s["turns"]):
             V, kept = self.turned()
             self.set_V0(V)
             self.a[3], self.a[4], self.l = self.a[3] * kept, self.a[4] * kept, self.l * kept
         for _ in range(s["chatter"]):
             self.set_V0(0.9 * self.V(0))
+        if s["starts"]:
+            self.start(s["m"], s["z"])
         if s["flips"]:
             self.judge(s, B)
         # 9
@@ -194,6 +194,7 @@ class Feedforward:
         self.learner = Learner(self)
         self.used = {"V": 1.0, "U": [1.0, 0.0, 0.0], "c": (0.0, 0.0), "turned": 1.0, "kept": 1.0, "G": self.rig.trust, "back": False}
         self.result = None
+        self.counts, self.turned_since = {"turns": 0, "chatter": 0}, False
 
     def low_pass(self, x, value, T):
         return x + self.rig.h / (T + self.rig.h) * (value - x)
@@ -236,8 +237,8 @@ class Feedforward:
         self.phi, self.s, self.limited, self.still, self.since, self.side, self.quick, self.rests = [0.0, 0.0], 0, 0, 0, 0, 0, 0, False
         self.u1 = self.u2 = self.yf = self.m = y
         self.zf = self.z = 0.0
-        self.phase, self.counts = N - 1, {"starts": True, "flips": 0, "turns": 0, "chatter": 0}
-        self.need, self.turned_since = 0.0, False
+        self.phase, self.counts = N - 1, {**self.counts, "starts": True, "flips": 0}
+        self.need = 0.0
         self.mode = START
 
     def level(self):
@@ -278,12 +279,16 @@ class Feedforward:
         W = self.w + 4 * self.n_r
         if sign(self.rs - self.rp) != self.s:
             self.near(abs(self.rs - self.rp), W / 2)
-        rp = clamp(self.rp, self.rs - W / 2, self.rs + W / 2) if dr else self.rp
-        move, self.rp, before = rp - self.rp, rp, self.s
+        rp = clamp(self.rp, self.rs - W / 2, self.rs + W / 2)
+        move, self.rp_before, self.rp, before = rp - self.rp, self.rp, rp, self.s
         self.phi = [clamp(x + move / d, -1.0, 1.0) for x, d in zip(self.phi, (0.375 * self.d, self.d))]
         still = self.ticks(rig.still_time)
+        if dr and self.still >= still:
+            self.near(abs(self.rs - self.rp_before), W / 2)
         if move:
-            self.s, self.rests = sign(move), False
+            self.s = sign(move)
+        if move and dr:
+            self.rests = False
             if self.mode == HOLD and step:
                 self.e_mean = dr
             else:
@@ -488,7 +493,6 @@ class Plant:
 
 
 
-
 def happen(model, event, entry):
     if event == DO_RESTART:
         model.restart()
@@ -551,21 +555,22 @@ def triangle(t, period, low, high):
 def steps_and_stands(t):
     """A ramp, a stand in which r steps while u rests and later moves by less than a reversal, the ramp back, a stand, a staircase
     down, a large step, a ramp and a step back."""
-    level = 0.45 if t < 1.5 else 0.4469
-    if t < 4.7:
-        return level + 0.0303 * (clamp(t - 0.1, 0, 0.3) - clamp(t - 3, 0, 0.3)) / 0.3 + (2e-4 if 2.4 < t < 2.9 else 0)
-    if t < 5.3:
-        return level - 0.0137 * math.floor((t - 4.4) / 0.3)
-    return 0.62 - 0.0937 * max(0, t - 5.57) if t < 5.65 else 0.5
+    level = 0.45 if t < 1.1 else 0.4469
+    if t < 3.1:
+        less = 2e-4 if 1.5 < t < 1.7 else 1e-4 if t > 1.5 else 0
+        return level + 0.0303 * (clamp(t - 0.1, 0, 0.3) - clamp(t - 2, 0, 0.3)) / 0.3 + less
+    if t < 3.6:
+        return level - 0.0137 * math.floor((t - 2.8) / 0.3)
+    return 0.62 - 0.0937 * max(0, t - 3.77) if t < 3.85 else 0.5
 
 
 def bad_in_hold(k, r, y):
-    return r, math.nan if k in (1000, 1001, 1002, 2200, 4500) else y
+    return r, math.nan if k in (200, 201, 202, 430, 900) else y
 
 
 def chatter(t, r):
     """A hold in which u crosses from side to side."""
-    return 0.1, r + (0.4 if math.fmod(t, 0.17) < 0.085 else -0.4) if 0.7 < t < 2.1 else r + 0.1
+    return 0.1, r + (0.4 if math.fmod(t, 0.17) < 0.085 else -0.4) if 0.7 < t < 1.8 else r + 0.1
 
 
 def against(t, r):
@@ -577,40 +582,42 @@ def scenarios():
     """Name, rig, rows."""
     paper = Rig()
     slow = Rig(h=4e-3)
-    yield "tracking", paper, play(paper, 5, lambda t: triangle(t, 1.9, 0.38, 0.61), seed=10, plant=Plant(paper, (0.8, 1.2)))
+    pi = ((0.3, 0.032, 0.0, 0.0, 0.0),)
+    yield "tracking", paper, play(paper, 0.6, lambda t: triangle(t, 0.31, 0.38, 0.61), seed=10, plant=Plant(paper, (0.8, 1.2)))
 
-    yield "noise", paper, play(paper, 5, lambda t: 0.09 + 0.21 * math.sin(2.9 * t), seed=29, noise=5e-4, noise_r=2e-4,
-                               plant=Plant(paper, (1.3, 1.1), load=0.02))
+    yield "noise", slow, play(slow, 2.1, lambda t: 0.09 + 0.21 * math.sin(5.9 * t), seed=29, noise=5e-4, noise_r=2e-4, controller=pi,
+                              plant=Plant(slow, (1.3, 1.1), load=0.02))
 
-    yield "hold", paper, play(paper, 6, steps_and_stands, seed=9, noise=4e-3, upset=bad_in_hold,
-                              plant=Plant(paper, (0.6, 0.6), widths=(2e-4, 2e-4, 2e-4)))
+    yield "hold", slow, play(slow, 4.2, steps_and_stands, seed=9, noise=4e-3, upset=bad_in_hold, controller=pi,
+                             plant=Plant(slow, (0.6, 0.6), widths=(2e-4, 2e-4, 2e-4)))
 
-    yield "chatter", slow, play(slow, 4, lambda t: 0.4 + 0.0517 * clamp(t - 0.2, 0, 0.3) + 0.0713 * clamp(t - 2.5, 0, 1), seed=70, given=chatter)
+    yield "chatter", slow, play(slow, 2.2, lambda t: 0.4 + 0.0517 * clamp(t - 0.2, 0, 0.3) + 0.0713 * clamp(t - 2.0, 0, 1), seed=70, given=chatter)
 
-    yield "monitor", slow, play(slow, 5.6, lambda t: triangle(t, 0.26, 0.48, 0.52), seed=90, given=against, events={1000: (DO_ENTER, 0.05)})
+    yield "monitor", slow, play(slow, 2.9, lambda t: triangle(t, 0.26, 0.48, 0.52), seed=90, given=against, events={650: (DO_ENTER, 0.05)})
 
     def upset(k, r, y):
-        if k in (0, 1, 1500, 1501, 1502, 3100):
+        if k in (0, 1, 300, 301, 302, 480):
             return r, math.nan
-        if k in (2000, 3100, 3600):
+        if k in (350, 480, 520):
             return 5.0, y
         return r, y
 
-    yield "limits", paper, play(paper, 4, lambda t: 0.35 + 0.3 * math.sin(2.9091 * t) + (0.2 if 2.3 < t < 2.9 else 0), seed=43, u_max=0.64, noise=1e-5, noise_r=1e-5, upset=upset)
+    yield "limits", slow, play(slow, 2.1, lambda t: 0.35 + 0.3 * math.sin(5.8182 * t) + (0.2 if 1.15 < t < 1.45 else 0), seed=43, u_max=0.64, noise=1e-5, noise_r=1e-5,
+                               upset=upset, controller=pi)
 
-    events = {400: (DO_ENTER, 0.07), 1300: (DO_RESTART, 0), 2150: (DO_CHANGE, 0), 2400: (DO_ENTER, -0.11), 3300: (DO_RESET, 0)}
-    yield "changes", paper, play(paper, 5, lambda t: 0.5 + 0.1103 * math.sin(4.9 * t) * (t < 4.5), seed=58, noise=1e-5, noise_r=1e-5, events=events,
-                                 share=lambda t: 1.0 if t < 1.6 else 0.75 if t < 2.8 else 0.25)
+    events = {90: (DO_ENTER, 0.07), 290: (DO_RESTART, 0), 400: (DO_CHANGE, 0), 460: (DO_ENTER, -0.11), 600: (DO_RESET, 0)}
+    yield "changes", slow, play(slow, 2.7, lambda t: 0.5 + 0.1103 * math.sin(7.9 * t) * (t < 2.3), seed=58, noise=1e-5, noise_r=1e-5, events=events, controller=pi,
+                                share=lambda t: 1.0 if t < 0.9 else 0.75 if t < 1.7 else 0.25)
 
     rig = Rig(h=5e-4, input_max=200.0, usual=50.0, table=((0.0, 3.0, 2.0), (40.0, 8.0, 9.0), (80.0, 14.0, 18.0)), gravity=1.5, stiffness=2e6,
               damping=2800.0, inertia=2.0, actuator_pole=700.0, sensor_pole=300.0, reversal=0.06, presliding=2.0, jump_time=0.009, lead=0.5,
-              trust=0.7, forgetting=0.002, still_time=0.15)
+              trust=0.7, forgetting=0.002, still_time=0.05)
     controller = ((9.0, 1.2, 0.0, 0.6, 0.0), (1.0, 0.0, 0.0, 1.0, 0.0))
 
     def reference(t):
-        return triangle(min(t, 1.5), 0.93, 31.0, 72.0) if t < 1.9 else 10.0 * math.sin(11.0 * t)
+        return triangle(min(t, 0.25), 0.16, 31.0, 72.0) if t < 0.35 else 10.0 * math.sin(31.0 * t)
 
-    yield "rig", rig, play(rig, 2.5, reference, seed=64, noise=0.02, grid=2.0**-15, controller=controller,
+    yield "rig", rig, play(rig, 0.4, reference, seed=64, noise=0.02, grid=2.0**-15, controller=controller,
                            plant=Plant(rig, (0.9, 1.1), widths=(0.02, 0.4, 1.8)))
 
 

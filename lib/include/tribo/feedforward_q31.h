@@ -142,7 +142,6 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
                                           const tribo_friction_f32_params_t    *friction,
                                           float                                 input_max_n,
                                           float                                 usual_force_n,
-                                          float                                 usual_force_n,
                                           float                                 sample_time_s,
                                           float                                 full_scale_n);
 

@@ -6,6 +6,10 @@
 
 #include "reference.h"
 
+#define ROW(...) PARAMETERS_ROW(tribo_feedforward_f32_config_t, __VA_ARGS__)
+const tribo_parameter_t tribo_feedforward_parameters[] = {TRIBO_FEEDFORWARD_PARAMETERS(ROW)};
+#undef ROW
+
 #define REVERSAL   (1.0f / 314.0f) // w of B
 #define PRESLIDING (1.0f / 11.0f)  // d of B
 #define STOP_RATIO 0.375f          // d_1 of d
@@ -20,10 +24,6 @@
 #define LEAK       1000.0f        // tau in which b fades
 #define SAMPLE     10.0f           // ticks
 #define OFFSET_MAX 4.0f            // |b| of input_max
-
-#define ROW(...) PARAMETERS_ROW(tribo_feedforward_f32_config_t, __VA_ARGS__)
-const tribo_parameter_t tribo_feedforward_parameters[] = {TRIBO_FEEDFORWARD_PARAMETERS(ROW)};
-#undef ROW
 
 static float larger_f32(float a, float b)
 {

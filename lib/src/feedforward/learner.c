@@ -295,10 +295,6 @@ void tribo_learner_step(const tribo_feedforward_learning_t *p,
 {
     const float sum = sample->travelled_n + sample->force_n + sample->friction_n + sample->noise_n + sample->effort_n + sample->need_n;
     check(x);
-    if (sample->starts)
-    {
-        start(x, sample);
-    }
     for (uint32_t i = 0; i < sample->turns; i++)
     {
         turn(p, x);
@@ -306,6 +302,10 @@ void tribo_learner_step(const tribo_feedforward_learning_t *p,
     for (uint32_t i = 0; i < sample->chatter; i++)
     {
         set_sliding(p, x, CHATTER * tribo_learner_sliding(p, x));
+    }
+    if (sample->starts) // what had turned before has turned
+    {
+        start(x, sample);
     }
     if (!exceeds(sum, CREDIBLE_N)) // else the tick is corrupt, and starts anew
     {

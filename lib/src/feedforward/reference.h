@@ -168,7 +168,7 @@ static inline follow_t follow(const params_t *p, state_t *x, force_t r)
     const int8_t  sign    = x->sign;
     x->reached            = bounded(plus(x->reached, moved));
     x->rate               = low_pass(x->rate, step ? 0 : finer(moved), p->fast_part);
-    x->turned             = moved != 0 ? play(before, x->reached, width / 2) : before; // W alone moves nothing
+    x->turned             = play(before, x->reached, width / 2);
     const force_t turned  = minus(x->turned, before);
     x->sign               = turned != 0 ? sign_of(turned) : sign;
     x->flips              = x->sign != sign;

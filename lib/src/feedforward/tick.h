@@ -50,9 +50,10 @@ static void start(const params_t *p, state_t *x, force_t r, force_t y)
     x->rests            = false;
     x->phase            = SAMPLE_TICKS - 1u; // the learner starts with this tick
     x->starts           = 1;
+    x->flipped          = 0; // turns and chatter before are learned all the same
 }
 
-/// Step 3: the stops, and how long r stands. In a hold a step of r leaves it standing: seed the mean error with it, or u would stay
+/// Step 3: the stops, and how long r stands: a width that shrinks is no motion. In a hold a step of r leaves it standing: seed the mean error with it, or u would stay
 /// frozen and b would absorb the step.
 static void move_stops(const params_t *p, state_t *x, const follow_t *now)
 {
@@ -60,7 +61,7 @@ static void move_stops(const params_t *p, state_t *x, const follow_t *now)
     {
         x->stop[j] = clamp_of(plus(x->stop[j], gained(now->turned, p->stop_gain[j])), NUMBER(1.0));
     }
-    if (now->turned == 0)
+    if (now->turned == 0 || now->moved == 0)
     {
         x->still += x->still < p->still_ticks ? 1u : 0u;
         return;

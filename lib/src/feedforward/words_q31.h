@@ -7,7 +7,7 @@
 //     part                                    Q32
 //     gain                                    Q16
 //
-// Products are rounded towards zero: mirrored inputs give mirrored results. Sums saturate, in a corrupt state alone.
+// Products are rounded towards zero, low passes to nearest: mirrored inputs give mirrored results. Sums saturate, in a corrupt state alone.
 
 #ifndef TRIBO_FEEDFORWARD_WORDS_Q31_H
 #define TRIBO_FEEDFORWARD_WORDS_Q31_H
@@ -98,9 +98,12 @@ static inline number_t over(force_t a, force_t b)
     return signed_as(a, ratio_q31(tribo_q31_magnitude(a), (uint32_t)b) >> 2, (uint32_t)WORDS_ONE);
 }
 
+/// Rounded to nearest, but by a unit at least, so that it arrives.
 static inline force_t low_pass(force_t x, force_t input, part_t part)
 {
-    return plus(x, part_of_q31(minus(input, x), part));
+    const force_t  left = minus(input, x);
+    const uint64_t by   = (tribo_q31_product(tribo_q31_magnitude(left), part) + 0x80000000u) >> 32;
+    return plus(x, signed_as(left, by > 0u ? by : left != 0, INT32_MAX));
 }
 
 static inline force_t bounded(force_t x)
