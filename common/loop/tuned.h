@@ -9,12 +9,12 @@
 /// Data of a rig.
 typedef struct
 {
-    float                             actuator_pole_rad_per_s, sensor_pole_rad_per_s;
-    tribo_arm_f32_config_t            arm;
-    tribo_friction_f32_params_t       friction; ///< the model's breakaway
-    float                             usual_force_n; ///< |F| around which the rig works; breakaway there sets the widths
-    float                             noise_n;       ///< standard deviation of y; 0 if unknown
-    float                             sample_time_s;
+    float                       actuator_pole_rad_per_s, sensor_pole_rad_per_s;
+    tribo_arm_f32_config_t      arm;
+    tribo_friction_f32_params_t friction;      ///< the model's breakaway
+    float                       usual_force_n; ///< |F| around which the rig works; breakaway there sets the widths
+    float                       noise_n;       ///< standard deviation of y; 0 if unknown
+    float                       sample_time_s;
 } common_rig_t;
 
 /// With the derived parameters in numbers.

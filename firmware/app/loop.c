@@ -111,9 +111,9 @@ void loop_learn(const loop_params_t *params, loop_memory_t *memory)
 }
 
 tribo_feedforward_learned_t loop_learned(const loop_params_t *params,
-                            const loop_memory_t *memory,
-                            uint32_t             direction,
-                            loop_force_t         at)
+                                         const loop_memory_t *memory,
+                                         uint32_t             direction,
+                                         loop_force_t         at)
 {
     if (params->method == NULL)
     {

@@ -52,9 +52,9 @@ static tribo_status_t init(sim_loop_t *loop, const common_loop_config_t *config)
 
 static sim_learned_t learned(const sim_loop_t *loop, double force_n)
 {
-    const TRIBO_PART(sim_loop, t) *in    = IN(loop);
-    const tribo_force_t force            = tribo_force_of_n(force_n, loop->full_scale_n);
-    sim_learned_t       seen             = {.breakaway_n = {0.0}};
+    const TRIBO_PART(sim_loop, t) *in = IN(loop);
+    const tribo_force_t force         = tribo_force_of_n(force_n, loop->full_scale_n);
+    sim_learned_t       seen          = {.breakaway_n = {0.0}};
     for (uint32_t d = 0; d < 2u; d++)
     {
         const tribo_feedforward_learned_t at = TRIBO(feedforward, learned)(&in->params, &in->memory.state, d, force);

@@ -121,7 +121,7 @@ bool native_tune(const float rig[12], float tuned[10], native_error_t *error)
     model.arm                    = (tribo_arm_f32_config_t){.inertia = rig[4], .damping = rig[5], .stiffness = rig[6]};
     model.friction.pulse_width_s = 3.0f * rig[11]; // of no matter here
     const native_scope_t scope   = native_enter();
-    tribo_status_t status        = tribo_compensator_f32_init(&made, &model, rig[11]);
+    tribo_status_t       status  = tribo_compensator_f32_init(&made, &model, rig[11]);
     if (status == TRIBO_OK)
     {
         status = common_tune(&known,
@@ -139,18 +139,18 @@ bool native_tune(const float rig[12], float tuned[10], native_error_t *error)
         native_error_status(error, status);
         return false;
     }
-    const tribo_feedforward_f32_config_t fed   = known.feedforward;
-    const tribo_guard_f32_config_t       guard = known.guard;
-    const float found[] = {fed.actuator_pole_rad_per_s,
-                           fed.sensor_pole_rad_per_s,
-                           fed.reversal_n,
-                           fed.presliding_n,
-                           fed.jump_time_s,
-                           fed.forgetting_per_n,
-                           guard.turn_n,
-                           guard.quick_time_s,
-                           guard.stray_n,
-                           guard.fade_time_s};
+    const tribo_feedforward_f32_config_t fed     = known.feedforward;
+    const tribo_guard_f32_config_t       guard   = known.guard;
+    const float                          found[] = {fed.actuator_pole_rad_per_s,
+                                                    fed.sensor_pole_rad_per_s,
+                                                    fed.reversal_n,
+                                                    fed.presliding_n,
+                                                    fed.jump_time_s,
+                                                    fed.forgetting_per_n,
+                                                    guard.turn_n,
+                                                    guard.quick_time_s,
+                                                    guard.stray_n,
+                                                    guard.fade_time_s};
     for (unsigned i = 0; i < sizeof found / sizeof found[0]; i++)
     {
         tuned[i] = found[i];

@@ -53,7 +53,7 @@ typedef struct
     double                         factor; // on f: 1 or 2
 } options_t;
 
-#define OF_INSIDE(x) TRIBO_EITHER(x, (x)*FULL_SCALE_N / 536870912.0) // a force of the state
+#define OF_INSIDE(x) TRIBO_EITHER(x, (x) * FULL_SCALE_N / 536870912.0) // a force of the state
 
 static double drift_minutes = 10.0;
 
@@ -752,16 +752,22 @@ static void study_long(const options_t *options)
 static void study_rates(const options_t *options)
 {
     static const double rates[]     = {0.02, 0.2, 0.4, 0.8, 1.2, 2.0};
-    static const int    truths[]    = {SIM_TRUTH_paper, SIM_TRUTH_coulomb, SIM_TRUTH_lugre, SIM_TRUTH_maxwell_slip, SIM_TRUTH_dahl, SIM_TRUTH_paper, SIM_TRUTH_paper};
+    static const int    truths[]    = {SIM_TRUTH_paper,
+                                       SIM_TRUTH_coulomb,
+                                       SIM_TRUTH_lugre,
+                                       SIM_TRUTH_maxwell_slip,
+                                       SIM_TRUTH_dahl,
+                                       SIM_TRUTH_paper,
+                                       SIM_TRUTH_paper};
     static const double breakaway[] = {1.0, 1.0, 1.0, 1.0, 1.0, 0.6, 1.5};
     for (size_t j = 0; j < sizeof truths / sizeof truths[0]; j++)
     {
         printf("  %-14s L x%.1f:", sim_truth_models[truths[j]]->name, breakaway[j]);
         for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++)
         {
-            case_t x    = benchmark(truths[j]);
-            x.breakaway = breakaway[j];
-            x.of[2]     = rates[i];
+            case_t x          = benchmark(truths[j]);
+            x.breakaway       = breakaway[j];
+            x.of[2]           = rates[i];
             const double with = run(&x, options);
             printf("  %.2f N/s %.2f (%.2f)", rates[i], run(&x, &off) / with, run(&x, &paper) / with);
         }

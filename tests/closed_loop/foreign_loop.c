@@ -125,7 +125,7 @@ double foreign_loop_step(foreign_loop_t *loop, double r, double y)
 
 bool foreign_loop_says(const foreign_loop_t *loop, const foreign_state_t *before)
 {
-    const foreign_state_t *now = &loop->state;
+    const foreign_state_t             *now     = &loop->state;
     const tribo_feedforward_learner_t *learner = &now->memory.state.learner;
     return now->guard.cause != TRIBO_GUARD_NONE || learner->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS ||
            learner->harms != 0u || now->state.bad_inputs != before->state.bad_inputs ||

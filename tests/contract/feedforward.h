@@ -190,6 +190,13 @@ static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
     return seen;
 }
 
+/// What learning may not move.
+static inline double feedforward_sum(const feedforward_t *x)
+{
+    const TRIBO(feedforward, state_t) *state = &x->memory.state;
+    return feedforward_force(x, state->f) + feedforward_force(x, state->own_load) - feedforward_force(x, state->b);
+}
+
 static inline tribo_feedforward_learned_t feedforward_learned(const feedforward_t *x, uint32_t direction, double force)
 {
     return TRIBO(feedforward, learned)(&x->loop, &x->memory.state, direction, feedforward_of(x, force));

@@ -455,8 +455,7 @@ static void test_a_weight_at_a_bound_is_latched_after_four_slides_until_restored
             const double before = (double)x.memory.state.learner.travel_n;
             move(&x, motion, motion);
             (void)tick(&x, &x.params, (less != 0 ? -1.0 : 1.0) * (k % 2000 < 1000 ? 1.0 : -1.0));
-            at_bound +=
-                (double)x.memory.state.learner.travel_n != before && (weight(&x) <= 0.2 || weight(&x) >= 3.0);
+            at_bound += (double)x.memory.state.learner.travel_n != before && (weight(&x) <= 0.2 || weight(&x) >= 3.0);
         }
         TEST_ASSERT_EQUAL_INT(4, at_bound);
         TEST_ASSERT_TRUE(weight(&x) >= 0.02 - 1e-6 && weight(&x) <= 3.0);
@@ -527,7 +526,9 @@ static void test_a_flipped_bit_of_what_is_learned_is_forgotten_and_counted_and_u
         axis_t a = axis_of(0.1);
         slide(&a, &x, 20);
         const double u         = axis_tick(&a, &x);
-        void *const  numbers[] = {&x.memory.state.weights.sliding, &x.memory.state.weights.constant, &x.memory.state.weights.use[0]};
+        void *const  numbers[] = {&x.memory.state.weights.sliding,
+                                  &x.memory.state.weights.constant,
+                                  &x.memory.state.weights.use[0]};
         ((unsigned char *)numbers[number])[2] ^= 0x40u;
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, u, axis_tick(&a, &x));
         TEST_ASSERT_EQUAL_UINT32(1, x.memory.state.forgotten);

@@ -175,7 +175,8 @@ static void test_feedforward_is_a_mirror_image_to_the_last_bit(void)
         const feedforward_seen_t a = feedforward_seen(&x);
         const feedforward_seen_t b = feedforward_seen(&other);
         TEST_ASSERT_TRUE(a.f == -b.f && a.b == -b.b && a.z == -b.z && a.sigma == -b.sigma && a.travel == b.travel);
-        TEST_ASSERT_TRUE(memcmp(a.weight, b.weight, sizeof a.weight) == 0 && a.constant == -b.constant && a.scale == b.scale);
+        TEST_ASSERT_TRUE(memcmp(a.weight, b.weight, sizeof a.weight) == 0 && a.constant == -b.constant &&
+                         a.scale == b.scale);
         TEST_ASSERT_TRUE(memcmp(a.use, b.use, sizeof a.use) == 0 && a.doubt == b.doubt);
         learned += a.travel > travel;
         travel = a.travel;
@@ -298,6 +299,7 @@ static void test_learning_does_not_move_u(void)
 {
     plant_t plant   = {.positive = 1.5, .negative = 0.5, .noise = 2e-4};
     double  worst   = 0.0;
+    double  at_once = 0.0;
     int     learned = 0;
     init(&x);
     for (int k = 0; k < RUNS(15000, 4000); k++)
@@ -311,6 +313,8 @@ static void test_learning_does_not_move_u(void)
         feedforward_after_alone(&other, v, u, false);
         if (feedforward_seen(&x).phase == 0u)
         {
+            const double sum = feedforward_sum(&x); // both b have faded
+            at_once          = fmax(at_once, fabs(sum - feedforward_sum(&other)));
             static feedforward_t next; // the tick after it, as it will be
             feedforward_copy(&next, &x);
             (void)feedforward_before(&next, triangle(k + 1), y);
@@ -324,9 +328,13 @@ static void test_learning_does_not_move_u(void)
         }
         move(&plant, u);
     }
-    printf("u moves by up to %.1e N as something is learned, %d times\n", worst, learned);
+    printf("u moves by up to %.1e N as something is learned, %.1e N in the next tick, %d times\n",
+           at_once,
+           worst,
+           learned);
     TEST_ASSERT_TRUE(learned > RUNS(1000, 250));
-    TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.0, worst); // L and the stops move on with r, and b fades by a 1250th
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, at_once);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.0, worst); // L and the stops move on with r, by a 143rd of the narrow one's width
 }
 
 /// The learner comes a tick, or nine, after the sample: the result is taken in the tenth all the same, to the last bit.
@@ -355,7 +363,8 @@ static void test_a_result_is_taken_10_ticks_after_its_sample(void)
             }
             move(&plant, u);
         }
-        TEST_ASSERT_TRUE(feedforward_seen(&x).sliding != 1.0 && feedforward_seen(&x).sliding == feedforward_seen(&other).sliding);
+        TEST_ASSERT_TRUE(feedforward_seen(&x).sliding != 1.0 &&
+                         feedforward_seen(&x).sliding == feedforward_seen(&other).sliding);
         TEST_ASSERT_EQUAL_UINT32(0, feedforward_seen(&other).late);
     }
 }
@@ -382,7 +391,11 @@ static void test_late_learning_is_counted_and_harmless(void)
             worst = k > RUNS(25000, 12000) ? fmax(worst, fabs(plant.F - triangle(k))) : worst;
         }
         const feedforward_seen_t seen = feedforward_seen(&x);
-        printf("learned every %d ticks: %u late, V_0 %.3f, error up to %.2f mN\n", every, (unsigned)seen.late, seen.sliding, 1e3 * worst);
+        printf("learned every %d ticks: %u late, V_0 %.3f, error up to %.2f mN\n",
+               every,
+               (unsigned)seen.late,
+               seen.sliding,
+               1e3 * worst);
         TEST_ASSERT_EQUAL_UINT32(seen.late, feedforward_learned(&x, 0, 0.3).late);
         if (every == 0)
         {
@@ -489,7 +502,10 @@ static void test_a_flipped_bit_of_what_is_learned_is_forgotten_and_u_goes_on(voi
         {
             plant_t arm = plant;
             feedforward_copy(&x, &sound);
-            float *const number = i < 5u ? &learner->a[i] : i < 20u ? &learner->P[i - 5u] : i == 20u ? &learner->doubt : &learner->travel_n;
+            float *const number = i < 5u     ? &learner->a[i]
+                                  : i < 20u  ? &learner->P[i - 5u]
+                                  : i == 20u ? &learner->doubt
+                                             : &learner->travel_n;
             feedforward_flip_bit(number, bit);
             double last = arm.u;
             for (int n = 0; n < 30; n++)
@@ -628,8 +644,10 @@ static void test_error_friction_and_offset_are_bounded_for_any_input(void)
             TEST_ASSERT_TRUE(fabs(s.b) <= 4.0 * INPUT_MAX);
             TEST_ASSERT_TRUE(fabs(add) <= 20.0 * INPUT_MAX);
             TEST_ASSERT_TRUE(isfinite(s.z));
-            TEST_ASSERT_TRUE(s.mode < TRIBO_FEEDFORWARD_START || (s.sliding >= 0.02 - ROUNDING && s.sliding <= 3.0 + ROUNDING));
-            TEST_ASSERT_TRUE(fabs(s.constant) <= 8.0 * 0.3 * (L0 + L1 * 0.5) + ROUNDING && fabs(s.scale) <= 0.8 + ROUNDING);
+            TEST_ASSERT_TRUE(s.mode < TRIBO_FEEDFORWARD_START ||
+                             (s.sliding >= 0.02 - ROUNDING && s.sliding <= 3.0 + ROUNDING));
+            TEST_ASSERT_TRUE(fabs(s.constant) <= 8.0 * 0.3 * (L0 + L1 * 0.5) + ROUNDING &&
+                             fabs(s.scale) <= 0.8 + ROUNDING);
             TEST_ASSERT_TRUE(s.doubt >= 0.0 && s.doubt <= 1.0);
             TEST_ASSERT_EQUAL_UINT32(0, s.forgotten);
             TEST_ASSERT_TRUE(fabs(s.weight[1]) <= 4.4 + ROUNDING && fabs(s.weight[2]) <= 4.4 + ROUNDING);

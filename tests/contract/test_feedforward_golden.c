@@ -58,7 +58,9 @@ enum
     RESET
 };
 
-static const char *const names[COLUMN_COUNT] = {"event", "entry", "share", "r", "y", "v", "u", "limited", "e", "mode", "lin", "f", "lead", "b", "term", "sigma", "z", "V0", "V1", "V2", "c0", "c2", "doubt", "P00", "P43", "turned", "xi", "left"};
+static const char *const names[COLUMN_COUNT] = {
+    "event", "entry", "share", "r",  "y",  "v",  "u",  "limited", "e",     "mode", "lin", "f",      "lead", "b",
+    "term",  "sigma", "z",     "V0", "V1", "V2", "c0", "c2",      "doubt", "P00",  "P43", "turned", "xi",   "left"};
 
 static TRIBO(force_loop, params_t) params;
 static TRIBO(feedforward, params_t) feedforward;
@@ -131,9 +133,9 @@ static void tick(const double *c, double *found)
     const tribo_force_t added = functions.term(&params, &memory, v);
     functions.after(&params, &memory, v, tribo_force_of_n(c[U], full_scale_n), &signals);
     (void)TRIBO(feedforward, learn)(&params, &memory);
-    const TRIBO(feedforward, state_t) *x        = &memory.state;
-    const tribo_feedforward_learner_t  *learner = &x->learner;
-    const float                        *S       = feedforward.learning.deviation;
+    const TRIBO(feedforward, state_t) *x       = &memory.state;
+    const tribo_feedforward_learner_t *learner = &x->learner;
+    const float                       *S       = feedforward.learning.deviation;
 
     found[E]      = force((double)e);
     found[MODE]   = x->mode;
@@ -157,8 +159,8 @@ static void tick(const double *c, double *found)
     found[LEFT]   = learner->left;
 }
 
-/// In N, `most_n`: 2^-24 of 2 N is 1e-7, and a jump's lead has 3.5 times a difference of f, which has the error of the weights.
-/// Of a weight, 1e-4: the gain of a sample divides by the error's square.
+/// In N, `most_n`: 2^-24 of 2 N is 1e-7, and a jump's lead has 3.5 times a difference of f, which has the error of the weights. Of a weight,
+/// 2e-5: the gain of a sample divides by the error's square.
 static double tolerance(int column, double most_n)
 {
     switch (column)
@@ -177,7 +179,7 @@ static double tolerance(int column, double most_n)
     case P43:
     case TURNED:
     case XI:
-        return 1e-4;
+        return 2e-5;
     default:
         return most_n;
     }
@@ -243,7 +245,7 @@ static void check_paper(const char *name, double sample_time_s)
 {
     tribo_force_loop_f32_config_t        config = beside_at(sample_time_s);
     const tribo_feedforward_f32_config_t own    = tribo_feedforward_f32_default();
-    check(name, &config, &own, 4.0, 3e-5);
+    check(name, &config, &own, 4.0, 3e-6);
 }
 
 static void test_feedforward_tracks_as_its_model(void)
@@ -300,7 +302,7 @@ static void test_feedforward_of_another_rig_does_as_its_model(void)
     config.compensator.arm.stiffness                  = 2e6f;
     config.compensator.arm.damping                    = 2800.0f;
     config.compensator.arm.inertia                    = 2.0f;
-    check("feedforward_rig.csv", &config, &own, 512.0, 5e-4);
+    check("feedforward_rig.csv", &config, &own, 512.0, 2e-4);
 }
 
 int main(void)

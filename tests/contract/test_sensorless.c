@@ -521,7 +521,10 @@ static void test_no_sum_overflows_at_the_ends_of_the_scale_and_in_a_corrupt_stat
 #if !TRIBO_IS_Q31
 static void test_a_state_that_is_no_number_is_forgotten_and_counted_and_u_goes_on(void)
 {
-    float *const numbers[] = {&x.memory.state.reached, &x.memory.state.rate, &x.memory.state.behind[0], &x.memory.state.b};
+    float *const numbers[] = {&x.memory.state.reached,
+                              &x.memory.state.rate,
+                              &x.memory.state.behind[0],
+                              &x.memory.state.b};
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)
     {
         double u = 0.0;
@@ -695,8 +698,8 @@ static void test_a_restart_leaves_nothing_behind(void)
     {
         (void)tick(1.5 + triangle(k));
     }
-    x.memory.state.b = TRIBO_EITHER(0.1f, 1 << 25);
-    x.memory.state.limited         = 1;
+    x.memory.state.b       = TRIBO_EITHER(0.1f, 1 << 25);
+    x.memory.state.limited = 1;
     TRIBO(force_loop_feedforward, attach)(&x.state, &x.memory);
     for (int k = 0; k < 3000; k++)
     {
@@ -734,10 +737,7 @@ static void test_an_estimate_takes_nothing_that_is_not_credible_and_heals(void)
     TEST_ASSERT_EQUAL_MEMORY(&before, &estimate, sizeof before);
     for (int i = 0; i < 4; i++)
     {
-        tribo_force_t *const numbers[] = {&estimate.lagged,
-                                          &estimate.force,
-                                          &estimate.low,
-                                          &estimate.high};
+        tribo_force_t *const numbers[] = {&estimate.lagged, &estimate.force, &estimate.low, &estimate.high};
         *numbers[i]                    = TRIBO_EITHER(NAN, INT32_MIN);
         estimated_t at                 = {.F = 0.0};
         for (int k = 0; k < 3000; k++)

@@ -603,12 +603,10 @@ static void test_the_method_changes_without_a_bump_while_friction_is_faded(void)
 /// The registers from `place` on against what the library says.
 static void check_learned(uint32_t direction, uint32_t place)
 {
-    const loop_params_t *params = &registers.active->loop.params;
+    const loop_params_t              *params = &registers.active->loop.params;
     const tribo_feedforward_learned_t learned =
         TRIBO(feedforward, learned)(params, &registers.memory.state, direction, registers.drive.r);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7,
-                              (double)learned.L_n,
-                              read_number(REGISTERS_COMPENSATION_AT + 2u * place));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, (double)learned.L_n, read_number(REGISTERS_COMPENSATION_AT + 2u * place));
     TEST_ASSERT_DOUBLE_WITHIN(1e-7,
                               (double)learned.relative_variance,
                               read_number(REGISTERS_COMPENSATION_AT + 2u * (place + 1u)));

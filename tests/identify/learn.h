@@ -24,7 +24,7 @@ static inline tribo_status_t learn_init(learn_t *learn, tribo_breakaway_f32_t be
     tribo_force_loop_f32_config_t        config = tribo_force_loop_f32_paper();
     config.compensator.friction.positive        = belief;
     config.compensator.friction.negative        = belief;
-    *learn                                      = (learn_t){.offset = (double)belief.offset_n, .slope = (double)belief.slope};
+    *learn = (learn_t){.offset = (double)belief.offset_n, .slope = (double)belief.slope};
     tribo_feedforward_f32_reset(&learn->memory.state);
     return tribo_force_loop_feedforward_f32_init(&learn->loop, &learn->params, &config, &method);
 }
@@ -48,9 +48,9 @@ static inline void learn_step(learn_t *learn, double u, double y)
         const learner_sample_t          sample = {.travelled_n = (float)learn->travelled,
                                                   .force_n     = (float)learn->force,
                                                   .friction_n  = (float)learn->friction,
-                                                  .L_n         = (float)(learn->offset + learn->slope * fabs(learn->force)),
-                                                  .learns      = true,
-                                                  .starts      = learn->ticks == 10};
+                                                  .L_n    = (float)(learn->offset + learn->slope * fabs(learn->force)),
+                                                  .learns = true,
+                                                  .starts = learn->ticks == 10};
         tribo_learner_step(&learn->params.learning, &learn->memory.state.learner, &sample, &unused);
     }
 }

@@ -140,10 +140,13 @@ static void check(float *field, float value, tribo_status_t status)
 static void test_feedforward_init_names_the_field(void)
 {
     tribo_force_loop_f32_config_t loop = tribo_force_loop_f32_paper();
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(NULL, &config, &model.arm, &friction, 2.0f, 0.5f, H));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, NULL, &model.arm, &friction, 2.0f, 0.5f, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
+                          tribo_feedforward_f32_init(NULL, &config, &model.arm, &friction, 2.0f, 0.5f, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
+                          tribo_feedforward_f32_init(&params, NULL, &model.arm, &friction, 2.0f, 0.5f, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, &config, NULL, &friction, 2.0f, 0.5f, H));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, &config, &model.arm, NULL, 2.0f, 0.5f, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
+                          tribo_feedforward_f32_init(&params, &config, &model.arm, NULL, 2.0f, 0.5f, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_feedforward_f32_init(NULL, &params, &loop, &config));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_SAMPLE_TIME, init(2.0f, 0.2f));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_INPUT_MAX, init(0.0f, H));
@@ -181,7 +184,7 @@ static void test_a_bad_entry_counts_as_0(void)
 
 static void test_what_was_learned_at_a_bad_force_is_that_at_0(void)
 {
-    static const float             bad[] = {NAN, INFINITY, -INFINITY, 1.1e9f, -1.1e9f};
+    static const float             bad[]       = {NAN, INFINITY, -INFINITY, 1.1e9f, -1.1e9f};
     tribo_force_loop_f32_config_t  loop_config = tribo_force_loop_f32_paper();
     tribo_force_loop_f32_params_t  loop;
     tribo_feedforward_f32_memory_t memory;
@@ -229,7 +232,8 @@ static void test_a_state_that_is_no_number_starts_anew_or_heals(void)
         TEST_ASSERT_TRUE(isfinite(s->tick.e_n) && isfinite(s->f) && isfinite(s->tick.term_n) && isfinite(s->b));
         TEST_ASSERT_TRUE(isfinite(s->weights.sliding) && isfinite(s->weights.use[0]) && isfinite(s->learner.doubt));
         TEST_ASSERT_TRUE(isfinite(s->force) && isfinite(s->difference) && isfinite(s->v) && isfinite(s->error));
-        TEST_ASSERT_TRUE(isfinite(s->r_noise) && isfinite(s->y_noise) && isfinite(s->learner.P[0]) && isfinite(s->learner.a[0]));
+        TEST_ASSERT_TRUE(isfinite(s->r_noise) && isfinite(s->y_noise) && isfinite(s->learner.P[0]) &&
+                         isfinite(s->learner.a[0]));
         TEST_ASSERT_TRUE(isfinite(s->learner.ratio) && isfinite(s->learner.effort_n) && isfinite(s->learner.played_n));
         TEST_ASSERT_TRUE(s->mode >= TRIBO_FEEDFORWARD_START && s->mode <= TRIBO_FEEDFORWARD_HOLD);
     }

@@ -229,7 +229,8 @@ static void test_a_soft_heavily_damped_arm_is_refused(void)
 static void test_the_width_of_a_step_ends_where_the_rate_does(void)
 {
     const tribo_arm_f32_config_t *const arm = &loop_config.compensator.arm;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_feedforward_q31_init(&params, &config, arm, &friction, 2.0f, 0.5f, 0.01f, FS));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK,
+                          tribo_feedforward_q31_init(&params, &config, arm, &friction, 2.0f, 0.5f, 0.01f, FS));
     TEST_ASSERT_EQUAL_INT32(536870912 / 128, params.step); // 0.02 N, of which 0.0156 N fit
 }
 

@@ -63,26 +63,26 @@ typedef struct
 {
     float actuator_pole_rad_per_s; ///< p_a, 1e-3 to 1e6; times sample time 1e-9 to 50
     float sensor_pole_rad_per_s;   ///< p_s, as p_a
-    float reversal_n;              ///< w, width of a reversal of r; the error at one is at least about w; 0: derived, B/314
-    float presliding_n;            ///< d, travel of F over which friction builds up; 0: derived, B/11
-    float jump_time_s;             ///< T_j, of a reversal of f; shorter than a tick: at once; 0: derived, 2.1 tau
-    float jump_lead;               ///< alpha, 0 to 1; part of the actuator's lag that a jump of f leads by
-    float trust;                   ///< gamma, 0 to 1; part of the prior that is used before anything is learned
-    float forgetting_per_n;        ///< Q; part of the prior variance that returns per newton; 0: derived, 0.0157/B
-    float still_time_s;            ///< T_q, 0 to 1e3; r stands after this time without motion; 0: never
+    float reversal_n;       ///< w, width of a reversal of r; the error at one is at least about w; 0: derived, B/314
+    float presliding_n;     ///< d, travel of F over which friction builds up; 0: derived, B/11
+    float jump_time_s;      ///< T_j, of a reversal of f; shorter than a tick: at once; 0: derived, 2.1 tau
+    float jump_lead;        ///< alpha, 0 to 1; part of the actuator's lag that a jump of f leads by
+    float trust;            ///< gamma, 0 to 1; part of the prior that is used before anything is learned
+    float forgetting_per_n; ///< Q; part of the prior variance that returns per newton; 0: derived, 0.0157/B
+    float still_time_s;     ///< T_q, 0 to 1e3; r stands after this time without motion; 0: never
 } tribo_feedforward_f32_config_t;
 
 /// Constants of the learner, in N, for both arithmetics.
 typedef struct
 {
-    float breakaway_n;                           ///< B
-    float reversal_n;                            ///< w
-    float per_n[TRIBO_FEEDFORWARD_WEIGHTS];      ///< 2/w, 1/d_j: widths of the stops that the measured force moves
-    float deviation[TRIBO_FEEDFORWARD_LEARNED];  ///< S, standard deviations of the prior
-    float jump_lag;                              ///< 1.5 T_j over the time of a sample
-    float forgetting_per_n;                      ///< Q
-    float trust;                                 ///< gamma
-    float unit_n;                                ///< newtons of a unit of the tick's forces; 1 in float32
+    float breakaway_n;                          ///< B
+    float reversal_n;                           ///< w
+    float per_n[TRIBO_FEEDFORWARD_WEIGHTS];     ///< 2/w, 1/d_j: widths of the stops that the measured force moves
+    float deviation[TRIBO_FEEDFORWARD_LEARNED]; ///< S, standard deviations of the prior
+    float jump_lag;                             ///< 1.5 T_j over the time of a sample
+    float forgetting_per_n;                     ///< Q
+    float trust;                                ///< gamma
+    float unit_n;                               ///< newtons of a unit of the tick's forces; 1 in float32
 } tribo_feedforward_learning_t;
 
 /// Constants of a tick, made by tribo_feedforward_f32_init. Const from then on; may be shared. Forces are in N.
@@ -90,19 +90,19 @@ typedef struct
 {
     tribo_force_loop_f32_method_t method; ///< for a loop with the feed-forward
     float                         input_max;
-    float                         offset_max;                          ///< of |b|
-    float                         reversal;                            ///< w
-    float                         stop_gain[TRIBO_FEEDFORWARD_STOPS];  ///< 1/d_j
-    float                         jump;                                ///< of sigma a tick, 2 h/T_j up to 2
-    float                         lead_gain, lag_gain, damping_gain;   ///< alpha/(p_a h), tau/h, b_arm/(K h)
-    float                         step;                                ///< a move of r that has no rate
-    float                         noise_floor;                         ///< w/500
-    float    noise_part, slow_part, fast_part;                         ///< of low passes: of noise, e; of rate, v, y
-    float    lag_part, actuator_part, sensor_part;                     ///< of tau, p_a, p_s
-    float    leak_part;                                                ///< of b, in 10 ticks
-    float    trust;                                                    ///< of the prior, before anything is learned
-    uint32_t still_ticks, quick_ticks;                                 ///< 0 still_ticks: r never stands
-    tribo_feedforward_learning_t learning;
+    float                         offset_max;                           ///< of |b|
+    float                         reversal;                             ///< w
+    float                         stop_gain[TRIBO_FEEDFORWARD_STOPS];   ///< 1/d_j
+    float                         jump;                                 ///< of sigma a tick, 2 h/T_j up to 2
+    float                         lead_gain, lag_gain, damping_gain;    ///< alpha/(p_a h), tau/h, b_arm/(K h)
+    float                         step;                                 ///< a move of r that has no rate
+    float                         noise_floor;                          ///< w/500
+    float                         noise_part, slow_part, fast_part;     ///< of low passes: of noise, e; of rate, v, y
+    float                         lag_part, actuator_part, sensor_part; ///< of tau, p_a, p_s
+    float                         leak_part;                            ///< of b, in 10 ticks
+    float                         trust;                                ///< of the prior, before anything is learned
+    uint32_t                      still_ticks, quick_ticks;             ///< 0 still_ticks: r never stands
+    tribo_feedforward_learning_t  learning;
 } tribo_feedforward_f32_params_t;
 
 /// What the tick uses of what is learned.
@@ -112,9 +112,9 @@ typedef struct
     float    use[TRIBO_FEEDFORWARD_WEIGHTS]; ///< U_j
     float    constant, scale;                ///< c_0, c_2
     float    trust;                          ///< 1 - (1 - gamma) doubt
-    float    turned, kept;                   ///< where r reverses: V_0 from then on, and the part of the load that stays
-    uint32_t fed_back;                       ///< 1: friction fed forward does harm
-    uint32_t seal;                           ///< of these numbers: one that does not fit is corrupt
+    float    turned, kept; ///< where r reverses: V_0 from then on, and the part of the load that stays
+    uint32_t fed_back;     ///< 1: friction fed forward does harm
+    uint32_t seal;         ///< of these numbers: one that does not fit is corrupt
 } tribo_feedforward_f32_weights_t;
 
 /// What a tick posts for the learner.
@@ -122,8 +122,8 @@ typedef struct
 {
     float    travelled, force, friction, noise, effort; ///< m, yf, z, n_y, LP(v)
     float    need;                                      ///< v + f - b at the last reversal
-    uint32_t flips, turns, chatter;                     ///< since the last sample: reversals, those where r did not stand, chatter
-    uint32_t learns, moves, starts;                     ///< 1: r moves and y is good; f is fed forward; first sample of a run
+    uint32_t flips, turns, chatter; ///< since the last sample: reversals, those where r did not stand, chatter
+    uint32_t learns, moves, starts; ///< 1: r moves and y is good; f is fed forward; first sample of a run
 } tribo_feedforward_f32_sample_t;
 
 /// Who may touch what stands between the tick and the learner.
@@ -151,47 +151,47 @@ typedef struct
     float    travel_n;                     ///< learned from
     uint32_t seal;                         ///< of these numbers: one that does not fit is corrupt
 
-    float   stop[TRIBO_FEEDFORWARD_WEIGHTS]; ///< X_j/d_j, -1 to 1
-    float   travelled_n, friction_n;         ///< m and z of the last sample
-    float   surplus;                         ///< l, the learned load over L
-    float   played_n, effort_n, need_n;      ///< monitor: vbar behind a play, its travel t_v, need of the last reversal
-    float   ratio;                           ///< xi, 0 to 4
-    uint8_t begun;                           ///< r has moved since the start
-    uint8_t harms;                           ///< latched
-    uint8_t left, length; ///< reversals to be fed back; of the last feedback, less those fed forward since
-    uint8_t at_bound;     ///< consecutive reversals with V_0 at a bound; 4 stays until restored
-    uint32_t forgotten;   ///< times that a corrupt memory was reset
+    float    stop[TRIBO_FEEDFORWARD_WEIGHTS]; ///< X_j/d_j, -1 to 1
+    float    travelled_n, friction_n;         ///< m and z of the last sample
+    float    surplus;                         ///< l, the learned load over L
+    float    played_n, effort_n, need_n; ///< monitor: vbar behind a play, its travel t_v, need of the last reversal
+    float    ratio;                      ///< xi, 0 to 4
+    uint8_t  begun;                      ///< r has moved since the start
+    uint8_t  harms;                      ///< latched
+    uint8_t  left, length; ///< reversals to be fed back; of the last feedback, less those fed forward since
+    uint8_t  at_bound;     ///< consecutive reversals with V_0 at a bound; 4 stays until restored
+    uint32_t forgotten;    ///< times that a corrupt memory was reset
 } tribo_feedforward_learner_t;
 
 /// All that a tick leaves to the next. Forces are in N.
 typedef struct
 {
-    tribo_force_loop_f32_tick_t tick;                 ///< what the loop reads
-    uint8_t mode, rule;                               ///< tribo_feedforward_mode_t, tribo_feedforward_offset_t
-    uint8_t phase;                                    ///< ticks since the last sample
-    int8_t  sign, limited;                            ///< s, 0 before the first move; sign of the limit that u met
-    bool    flips, y_good;                            ///< in this tick: r reverses; y is credible
-    bool    turned_since;                             ///< since the last sample was posted
-    uint8_t flipped, turns, chatter, starts;          ///< for the next sample
-    float   r[2], r_noise;                            ///< the last good r, and the one before; n_r
-    float   reached, rate, turned;                    ///< rs, its change in a tick, rp'
-    float   stop[TRIBO_FEEDFORWARD_STOPS], sigma;     ///< phi_j, sigma
-    float   behind[2];                                ///< m_1 and m_2 less rs
-    float   load, own_load;                           ///< what does not reverse, and the part of it that is learned
-    float   lin, level;                               ///< force without friction; share L
-    float   f, lead, b;                               ///< u = limit(v + lin + f + lead - b)
-    float   e, u, v;                                  ///< v: low pass
-    float   need, turn_need;                          ///< f - b of the last tick; with v, of the last reversal
-    float   y[2], y_noise, y_now;                     ///< the last good y, and the one before; n_y; y of this tick
-    float   actuator, sensor, force;                  ///< u_1, u_2, yf
-    float   difference, friction, travelled;          ///< zf, z, m
-    float   error;                                    ///< mean of e, in a hold a step of r
-    uint32_t offset_seal;                             ///< ~b, from a tick to the next
-    uint32_t still, since;                            ///< ticks of standing; ticks since the last change of side
-    int8_t   side;                                    ///< of breakaway that friction reached last
-    uint8_t  quick;                                   ///< changes of side in quick succession, up to 4
-    bool     rests;                                   ///< the error is within the noise, and u stays
-    uint32_t late, forgotten;                         ///< late results; corrupt states; both stop at UINT32_MAX
+    tribo_force_loop_f32_tick_t      tick;          ///< what the loop reads
+    uint8_t                          mode, rule;    ///< tribo_feedforward_mode_t, tribo_feedforward_offset_t
+    uint8_t                          phase;         ///< ticks since the last sample
+    int8_t                           sign, limited; ///< s, 0 before the first move; sign of the limit that u met
+    bool                             flips, y_good; ///< in this tick: r reverses; y is credible
+    bool                             turned_since;  ///< since the last sample was posted
+    uint8_t                          flipped, turns, chatter, starts;      ///< for the next sample
+    float                            r[2], r_noise;                        ///< the last good r, and the one before; n_r
+    float                            reached, rate, turned;                ///< rs, its change in a tick, rp'
+    float                            stop[TRIBO_FEEDFORWARD_STOPS], sigma; ///< phi_j, sigma
+    float                            behind[2];                            ///< m_1 and m_2 less rs
+    float                            load, own_load;  ///< what does not reverse, and the part of it that is learned
+    float                            lin, level;      ///< force without friction; share L
+    float                            f, lead, b;      ///< u = limit(v + lin + f + lead - b)
+    float                            e, u, v;         ///< v: low pass
+    float                            need, turn_need; ///< f - b of the last tick; with v, of the last reversal
+    float                            y[2], y_noise, y_now; ///< the last good y, and the one before; n_y; y of this tick
+    float                            actuator, sensor, force;         ///< u_1, u_2, yf
+    float                            difference, friction, travelled; ///< zf, z, m
+    float                            error;                           ///< mean of e, in a hold a step of r
+    uint32_t                         offset_seal;                     ///< ~b, from a tick to the next
+    uint32_t                         still, since;    ///< ticks of standing; ticks since the last change of side
+    int8_t                           side;            ///< of breakaway that friction reached last
+    uint8_t                          quick;           ///< changes of side in quick succession, up to 4
+    bool                             rests;           ///< the error is within the noise, and u stays
+    uint32_t                         late, forgotten; ///< late results; corrupt states; both stop at UINT32_MAX
     tribo_feedforward_f32_weights_t  weights;
     tribo_feedforward_f32_exchange_t exchange;
     tribo_feedforward_learner_t      learner;
@@ -200,12 +200,13 @@ typedef struct
 /// Learned breakaway in one direction, of both arithmetics.
 typedef struct
 {
-    float    L_n;               ///< at some force: V_0 L, and what does not reverse
-    float    relative_variance; ///< of L in this direction, over the prior's
-    float    travel_n;          ///< learned from, both ways; without a sensor widths of motion times reversal_n
-    bool     at_bound;          ///< learning has hit its limit, 0.2 or 3 times the configured value
-    bool     stays_at_bound;    ///< four consecutive reversals found it so; latched until reset or restore
-    bool     harms;     ///< friction fed forward cost more effort than it saved, and was fed back; latched until reset or restore
+    float L_n;               ///< at some force: V_0 L, and what does not reverse
+    float relative_variance; ///< of L in this direction, over the prior's
+    float travel_n;          ///< learned from, both ways; without a sensor widths of motion times reversal_n
+    bool  at_bound;          ///< learning has hit its limit, 0.2 or 3 times the configured value
+    bool  stays_at_bound;    ///< four consecutive reversals found it so; latched until reset or restore
+    bool
+        harms; ///< friction fed forward cost more effort than it saved, and was fed back; latched until reset or restore
     uint32_t late;      ///< samples whose result was late
     uint32_t forgotten; ///< times that a corrupt memory was reset
 } tribo_feedforward_learned_t;
@@ -309,8 +310,7 @@ void tribo_force_loop_feedforward_f32_attach(tribo_force_loop_f32_state_t   *sta
 //     u = limit(lin + f + lead - b)          f = belief V L(rs) sigma
 //
 // A method of the force loop: steps 2 to 6 with the stops left out, with the params and memory above. y is not used (give 0), and the
-// controller's output is taken out of u. b is 0, or what u goes on from after a change of params or of V, and fades in a quarter of
-// a second. It has no feedback: u is as right as V L is, so it believes low.
+// controller's output is taken out of u. b is 0, or what u goes on from after a change of params or of V, and fades with 0.3 s. It has no feedback: u is as right as V L is, so it believes low.
 //
 // r is the force that the arm shall have, or the effort of somebody else's position or velocity loop. With that, and wherever the
 // motion is known better than by r, tell it: tribo_sensorless_f32_motion.
@@ -348,9 +348,9 @@ void tribo_sensorless_f32_motion(tribo_feedforward_f32_memory_t *memory, float i
 typedef struct
 {
     uint32_t runs;
-    float    lagged;    ///< u behind the lag of actuator and arm, N
-    float    force;     ///< F^: an arm that sticks within L, N
-    float    low, high; ///< the same with L times (1 - tolerance) to (1 + tolerance): F is between, beside the lag's error
+    float    lagged; ///< u behind the lag of actuator and arm, N
+    float    force;  ///< F^: an arm that sticks within L, N
+    float low, high; ///< the same with L times (1 - tolerance) to (1 + tolerance): F is between, beside the lag's error
 } tribo_force_estimate_f32_t;
 
 /// One tick with `u_n` as applied, by the params of a loop with or without a sensor. From runs = 0 any F is possible. A tolerance

@@ -26,7 +26,7 @@ extern "C" {
 /// Constants of a tick, made by tribo_feedforward_q31_init; see the twin. Forces are Q29 of FS, gains Q16, parts Q32.
 typedef struct
 {
-    tribo_force_loop_q31_method_t method; ///< for a loop with the feed-forward
+    tribo_force_loop_q31_method_t method;                             ///< for a loop with the feed-forward
     int32_t                       input_max;                          ///< Q31
     int32_t                       offset_max;                         ///< up to FS
     int32_t                       reversal;                           ///< w
@@ -43,10 +43,10 @@ typedef struct
 /// What the tick uses of what is learned.
 typedef struct
 {
-    int32_t    sliding;                        ///< V_0, Q29
-    int32_t    use[TRIBO_FEEDFORWARD_WEIGHTS]; ///< U_j, Q29
-    int32_t    constant, scale;                ///< c_0, c_2; Q29
-    uint32_t   trust;                          ///< 1 - (1 - gamma) doubt, Q32
+    int32_t  sliding;                        ///< V_0, Q29
+    int32_t  use[TRIBO_FEEDFORWARD_WEIGHTS]; ///< U_j, Q29
+    int32_t  constant, scale;                ///< c_0, c_2; Q29
+    uint32_t trust;                          ///< 1 - (1 - gamma) doubt, Q32
     int32_t  turned;                         ///< V_0 from a reversal on
     uint32_t kept;                           ///< part of the load that stays there, Q32
     uint32_t fed_back;                       ///< 1: friction fed forward does harm
@@ -56,10 +56,10 @@ typedef struct
 /// What a tick posts for the learner.
 typedef struct
 {
-    int32_t    travelled, force, friction, noise, effort; ///< m, yf, z, n_y, LP(v)
-    int32_t    need;                                      ///< v + f - b at the last reversal
-    uint32_t flips, turns, chatter;                     ///< since the last sample: reversals, those where r did not stand, chatter
-    uint32_t learns, moves, starts;                     ///< 1: r moves and y is good; f is fed forward; first sample of a run
+    int32_t  travelled, force, friction, noise, effort; ///< m, yf, z, n_y, LP(v)
+    int32_t  need;                                      ///< v + f - b at the last reversal
+    uint32_t flips, turns, chatter; ///< since the last sample: reversals, those where r did not stand, chatter
+    uint32_t learns, moves, starts; ///< 1: r moves and y is good; f is fed forward; first sample of a run
 } tribo_feedforward_q31_sample_t;
 
 /// See the twin.
@@ -73,32 +73,32 @@ typedef struct
 /// All that a tick leaves to the next. Forces are Q29 of FS, slow means Q35, numbers Q29.
 typedef struct
 {
-    tribo_force_loop_q31_tick_t tick;                 ///< what the loop reads
-    uint8_t mode, rule;                               ///< tribo_feedforward_mode_t, tribo_feedforward_offset_t
-    uint8_t phase;                                    ///< ticks since the last sample
-    int8_t  sign, limited;                            ///< s, 0 before the first move; sign of the limit that u met
-    bool    flips, y_good;                            ///< in this tick: r reverses; y is credible
-    bool    turned_since;                             ///< since the last sample was posted
-    uint8_t flipped, turns, chatter, starts;          ///< for the next sample
-    int32_t   r[2], r_noise;                            ///< the last good r, and the one before; n_r
-    int32_t   reached, rate, turned;                    ///< rs, its change in a tick, rp'
-    int32_t   stop[TRIBO_FEEDFORWARD_STOPS], sigma;     ///< phi_j, sigma
-    int32_t   behind[2];                                ///< m_1 and m_2 less rs
-    int32_t   load, own_load;                           ///< what does not reverse, and the part of it that is learned
-    int32_t   lin, level;                               ///< force without friction; share L
-    int32_t   f, lead, b;                               ///< u = limit(v + lin + f + lead - b)
-    int32_t   e, u, v;                                  ///< v: low pass
-    int32_t   need, turn_need;                          ///< f - b of the last tick; with v, of the last reversal
-    int32_t   y[2], y_noise, y_now;                     ///< the last good y, and the one before; n_y; y of this tick
-    int32_t   actuator, sensor, force;                  ///< u_1, u_2, yf
-    int32_t   difference, friction, travelled;          ///< zf, z, m
-    int32_t   error;                                    ///< mean of e, in a hold a step of r
-    uint32_t offset_seal;                             ///< ~b, from a tick to the next
-    uint32_t still, since;                            ///< ticks of standing; ticks since the last change of side
-    int8_t   side;                                    ///< of breakaway that friction reached last
-    uint8_t  quick;                                   ///< changes of side in quick succession, up to 4
-    bool     rests;                                   ///< the error is within the noise, and u stays
-    uint32_t late, forgotten;                         ///< late results; corrupt states; both stop at UINT32_MAX
+    tribo_force_loop_q31_tick_t      tick;          ///< what the loop reads
+    uint8_t                          mode, rule;    ///< tribo_feedforward_mode_t, tribo_feedforward_offset_t
+    uint8_t                          phase;         ///< ticks since the last sample
+    int8_t                           sign, limited; ///< s, 0 before the first move; sign of the limit that u met
+    bool                             flips, y_good; ///< in this tick: r reverses; y is credible
+    bool                             turned_since;  ///< since the last sample was posted
+    uint8_t                          flipped, turns, chatter, starts;      ///< for the next sample
+    int32_t                          r[2], r_noise;                        ///< the last good r, and the one before; n_r
+    int32_t                          reached, rate, turned;                ///< rs, its change in a tick, rp'
+    int32_t                          stop[TRIBO_FEEDFORWARD_STOPS], sigma; ///< phi_j, sigma
+    int32_t                          behind[2];                            ///< m_1 and m_2 less rs
+    int32_t                          load, own_load;  ///< what does not reverse, and the part of it that is learned
+    int32_t                          lin, level;      ///< force without friction; share L
+    int32_t                          f, lead, b;      ///< u = limit(v + lin + f + lead - b)
+    int32_t                          e, u, v;         ///< v: low pass
+    int32_t                          need, turn_need; ///< f - b of the last tick; with v, of the last reversal
+    int32_t                          y[2], y_noise, y_now; ///< the last good y, and the one before; n_y; y of this tick
+    int32_t                          actuator, sensor, force;         ///< u_1, u_2, yf
+    int32_t                          difference, friction, travelled; ///< zf, z, m
+    int32_t                          error;                           ///< mean of e, in a hold a step of r
+    uint32_t                         offset_seal;                     ///< ~b, from a tick to the next
+    uint32_t                         still, since;    ///< ticks of standing; ticks since the last change of side
+    int8_t                           side;            ///< of breakaway that friction reached last
+    uint8_t                          quick;           ///< changes of side in quick succession, up to 4
+    bool                             rests;           ///< the error is within the noise, and u stays
+    uint32_t                         late, forgotten; ///< late results; corrupt states; both stop at UINT32_MAX
     tribo_feedforward_q31_weights_t  weights;
     tribo_feedforward_q31_exchange_t exchange;
     tribo_feedforward_learner_t      learner;
@@ -107,10 +107,10 @@ typedef struct
 /// See the twin. Motion is Q29 of a width, in a sum too; forces are Q29 of FS.
 typedef struct
 {
-    int32_t    moved, effort;         ///< motion of a tick, and u without the model's load; low passes
-    int32_t    slack;                 ///< of moved, in a play a width wide
-    int8_t   side;                  ///< sign of the slide, 0: none yet
-    uint32_t ticks;                 ///< of the slide; at its most, the slide does not count
+    int32_t  moved, effort; ///< motion of a tick, and u without the model's load; low passes
+    int32_t  slack;         ///< of moved, in a play a width wide
+    int8_t   side;          ///< sign of the slide, 0: none yet
+    uint32_t ticks;         ///< of the slide; at its most, the slide does not count
     int64_t  travel, work, prior;
     float    last_travel;           ///< widths
     float    last_work, last_prior; ///< N
@@ -119,11 +119,11 @@ typedef struct
 /// Of a loop without a sensor.
 typedef struct
 {
-    int32_t                          slack[2];  ///< of a play a width wide, intended and measured
+    int32_t                        slack[2];  ///< of a play a width wide, intended and measured
     int8_t                         sign;      ///< of the last motion, 0: none yet
     uint8_t                        is_known;  ///< in this tick
     uint8_t                        was_known; ///< in any tick: what is learned is used
-    int32_t                          measured;  ///< in this tick, Q29
+    int32_t                        measured;  ///< in this tick, Q29
     tribo_feedforward_q31_effort_t effort;
 } tribo_feedforward_q31_motion_t;
 

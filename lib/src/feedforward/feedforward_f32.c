@@ -21,7 +21,7 @@ const tribo_parameter_t tribo_feedforward_parameters[] = {TRIBO_FEEDFORWARD_PARA
 #define FAST       0.8f            // T_y of tau
 #define FAST_TICKS 5.0f            // at least
 #define STEP       4000.0f         // w a second, from which on r steps
-#define LEAK       1000.0f        // tau in which b fades
+#define LEAK       1000.0f         // tau in which b fades
 #define SAMPLE     10.0f           // ticks
 #define OFFSET_MAX 4.0f            // |b| of input_max
 
@@ -48,7 +48,10 @@ tribo_feedforward_f32_config_t tribo_feedforward_f32_default(void)
     return standard;
 }
 
-static tribo_status_t check(const tribo_feedforward_f32_config_t *config, float input_max_n, float usual_force_n, float h)
+static tribo_status_t check(const tribo_feedforward_f32_config_t *config,
+                            float                                 input_max_n,
+                            float                                 usual_force_n,
+                            float                                 h)
 {
     const tribo_status_t status = PARAMETERS_CHECK(tribo_feedforward_parameters, config);
     if (status != TRIBO_OK)
@@ -83,7 +86,11 @@ static tribo_status_t check(const tribo_feedforward_f32_config_t *config, float 
 }
 
 /// What follows the reference, for lag tau.
-static void set_reference(tribo_feedforward_f32_params_t *made, const tribo_feedforward_f32_config_t *config, float B, float lag, float h)
+static void set_reference(tribo_feedforward_f32_params_t       *made,
+                          const tribo_feedforward_f32_config_t *config,
+                          float                                 B,
+                          float                                 lag,
+                          float                                 h)
 {
     const float jump_s  = or_derived(config->jump_time_s, JUMP_TIME * lag);
     made->reversal      = or_derived(config->reversal_n, REVERSAL * B);
@@ -112,7 +119,7 @@ static void set_learning(tribo_feedforward_f32_params_t *made, const tribo_feedf
 {
     tribo_feedforward_learning_t *const learning = &made->learning;
 
-    const float d = or_derived(config->presliding_n, PRESLIDING * B);
+    const float d      = or_derived(config->presliding_n, PRESLIDING * B);
     made->stop_gain[0] = 1.0f / (STOP_RATIO * d);
     made->stop_gain[1] = 1.0f / d;
 
@@ -148,10 +155,10 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
         return status;
     }
     const prior_t                  usual = prior_of(friction, usual_force_n);
-    const float                    lag   = 1.0f / config->actuator_pole_rad_per_s + arm->damping / arm->stiffness; // tau
-    tribo_feedforward_f32_params_t made  = {.input_max    = input_max_n,
-                                            .offset_max   = OFFSET_MAX * input_max_n,
-                                            .damping_gain = arm->damping / arm->stiffness / sample_time_s};
+    const float                    lag  = 1.0f / config->actuator_pole_rad_per_s + arm->damping / arm->stiffness; // tau
+    tribo_feedforward_f32_params_t made = {.input_max    = input_max_n,
+                                           .offset_max   = OFFSET_MAX * input_max_n,
+                                           .damping_gain = arm->damping / arm->stiffness / sample_time_s};
     set_reference(&made, config, usual.L, lag, sample_time_s);
     set_learning(&made, config, usual.L);
     *params = made;
@@ -181,9 +188,9 @@ tribo_status_t tribo_force_loop_feedforward_f32_init(tribo_force_loop_f32_params
     }
     if (status == TRIBO_OK)
     {
-        *params = made;
+        *params                       = made;
         feedforward->method.functions = tribo_feedforward_f32_method;
-        params->method = &feedforward->method;
+        params->method                = &feedforward->method;
     }
     return status;
 }

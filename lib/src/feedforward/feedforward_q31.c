@@ -61,10 +61,10 @@ static void convert(tribo_feedforward_q31_params_t *made, const tribo_feedforwar
     {
         made->stop_gain[j] = gain(f32->stop_gain[j] * FS);
     }
-    made->input_max     = fixed_input_max(f32->input_max, FS);
-    made->offset_max    = force(f32->offset_max, FS);
-    made->reversal      = force(f32->reversal, FS);
-    made->jump          = f32->jump < 2.0f ? fixed(f32->jump, 29) + 1 : INT32_C(1) << 30; // rounded up: the ramp ends in time
+    made->input_max  = fixed_input_max(f32->input_max, FS);
+    made->offset_max = force(f32->offset_max, FS);
+    made->reversal   = force(f32->reversal, FS);
+    made->jump = f32->jump < 2.0f ? fixed(f32->jump, 29) + 1 : INT32_C(1) << 30; // rounded up: the ramp ends in time
     made->lead_gain     = gain(f32->lead_gain);
     made->lag_gain      = gain(f32->lag_gain / 64.0f); // the rate is 64 times finer
     made->damping_gain  = gain(f32->damping_gain);
@@ -100,7 +100,8 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
     }
     tribo_feedforward_f32_params_t f32;
 
-    tribo_status_t status = tribo_feedforward_f32_init(&f32, config, arm, friction, input_max_n, usual_force_n, sample_time_s);
+    tribo_status_t status =
+        tribo_feedforward_f32_init(&f32, config, arm, friction, input_max_n, usual_force_n, sample_time_s);
     if (status == TRIBO_OK)
     {
         status = check(&f32, full_scale_n);
@@ -154,8 +155,8 @@ tribo_status_t tribo_force_loop_feedforward_q31_init(tribo_force_loop_q31_params
     {
         *headroom = measured;
     }
-    *params = made;
+    *params                       = made;
     feedforward->method.functions = tribo_feedforward_q31_method;
-    params->method = &feedforward->method;
+    params->method                = &feedforward->method;
     return TRIBO_OK;
 }

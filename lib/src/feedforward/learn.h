@@ -1,7 +1,7 @@
 // The memory and its learner, not for the tick: one text for both arithmetics, after words_f32.h or words_q31.h and reference.h.
 
 // Member by member, as accesses to volatile objects keep their order.
-static void read_sample(const params_t *p, const volatile FEED(sample_t) *from, learner_sample_t *sample)
+static void read_sample(const params_t *p, const volatile FEED(sample_t) * from, learner_sample_t *sample)
 {
     const tribo_feedforward_learning_t *const in = &p->learning;
 
@@ -63,10 +63,10 @@ void FEED(reset)(state_t *state)
     tribo_learner_forget(&state->learner);
 }
 
-void LOOP_FEED(attach)(LOOP(state_t) *loop, memory_t *memory)
+void LOOP_FEED(attach)(LOOP(state_t) * state, memory_t *memory)
 {
-    loop->memory      = memory;
-    loop->memory_seal = ~(uintptr_t)memory;
+    state->memory      = memory;
+    state->memory_seal = ~(uintptr_t)memory;
     if (memory != NULL)
     {
         memory->state.mode = TRIBO_FEEDFORWARD_RESTART;
@@ -75,7 +75,10 @@ void LOOP_FEED(attach)(LOOP(state_t) *loop, memory_t *memory)
     }
 }
 
-tribo_feedforward_learned_t FEED(learned)(const loop_params_t *params, const state_t *state, uint32_t direction, force_t force)
+tribo_feedforward_learned_t FEED(learned)(const loop_params_t *params,
+                                          const state_t       *state,
+                                          uint32_t             direction,
+                                          force_t              force)
 {
     const tribo_feedforward_learning_t *const learning = &params_of(params)->learning;
     const friction_params_t *const            friction = &params->compensator.friction;

@@ -147,8 +147,25 @@ static void note_bound(const tribo_feedforward_learning_t *p, tribo_feedforward_
     }
 }
 
-/// At a reversal: the travel of v since the last, over the change of what overcomes friction. Where v travels as far as friction changes, it
-/// works against what is fed forward.
+/// The travel of v since the last reversal, over the change of what overcomes friction. Where v travels as far as friction changes, it works
+/// against what is fed forward.
+static void weigh_effort(const tribo_feedforward_learning_t *p,
+                         tribo_feedforward_learner_t        *x,
+                         const learner_sample_t             *sample)
+{
+    const float ratio = x->effort_n / (magnitude(sample->need_n - x->need_n) + NEED_MIN * p->breakaway_n);
+    x->ratio  = bound_f32(first_order_f32_step(x->ratio, limit_f32(ratio, 0.0f, RATIO_MAX), RATIO_PART), RATIO_MAX);
+    x->length = (uint8_t)(x->length > 0u ? x->length - 1u : 0u);
+    if (x->ratio > HARM)
+    {
+        const uint32_t next = FEEDBACK_MORE * x->length; // longer the less it was fed forward since the last
+        x->length           = (uint8_t)(next < FEEDBACK_MIN ? FEEDBACK_MIN : next > FEEDBACK_MAX ? FEEDBACK_MAX : next);
+        x->left             = x->length;
+        x->harms            = 1;
+    }
+}
+
+/// At a reversal.
 static void judge(const tribo_feedforward_learning_t *p, tribo_feedforward_learner_t *x, const learner_sample_t *sample)
 {
     if (x->begun != 0u)
@@ -163,16 +180,7 @@ static void judge(const tribo_feedforward_learning_t *p, tribo_feedforward_learn
     }
     else
     {
-        const float ratio = x->effort_n / (magnitude(sample->need_n - x->need_n) + NEED_MIN * p->breakaway_n);
-        x->ratio          = bound_f32(first_order_f32_step(x->ratio, limit_f32(ratio, 0.0f, RATIO_MAX), RATIO_PART), RATIO_MAX);
-        x->length         = (uint8_t)(x->length > 0u ? x->length - 1u : 0u);
-        if (x->ratio > HARM)
-        {
-            const uint32_t next = FEEDBACK_MORE * x->length; // longer the less it was fed forward since the last
-            x->length           = (uint8_t)(next < FEEDBACK_MIN ? FEEDBACK_MIN : next > FEEDBACK_MAX ? FEEDBACK_MAX : next);
-            x->left             = x->length;
-            x->harms            = 1;
-        }
+        weigh_effort(p, x, sample);
     }
     x->begun    = 1;
     x->need_n   = sample->need_n;
@@ -180,7 +188,9 @@ static void judge(const tribo_feedforward_learning_t *p, tribo_feedforward_learn
 }
 
 /// The travel of v, apart from the noise of y.
-static void follow_effort(const tribo_feedforward_learning_t *p, tribo_feedforward_learner_t *x, const learner_sample_t *sample)
+static void follow_effort(const tribo_feedforward_learning_t *p,
+                          tribo_feedforward_learner_t        *x,
+                          const learner_sample_t             *sample)
 {
     const float before = x->played_n;
     const float half   = EFFORT_WIDTH * p->breakaway_n + 2.0f * sample->noise_n;
@@ -293,7 +303,8 @@ void tribo_learner_step(const tribo_feedforward_learning_t *p,
                         const learner_sample_t             *sample,
                         tribo_feedforward_f32_weights_t    *result)
 {
-    const float sum = sample->travelled_n + sample->force_n + sample->friction_n + sample->noise_n + sample->effort_n + sample->need_n;
+    const float sum = sample->travelled_n + sample->force_n + sample->friction_n + sample->noise_n + sample->effort_n +
+                      sample->need_n;
     check(x);
     for (uint32_t i = 0; i < sample->turns; i++)
     {
@@ -331,9 +342,10 @@ void tribo_learner_take(const tribo_feedforward_learning_t *p,
     const float back = limit_f32(p->forgetting_per_n * both_n, 0.0f, 1.0f);
     check(x);
     set_sliding(p, x, tribo_learner_sliding(p, x) + gain * bound_f32(sliding - tribo_learner_sliding(p, x), 0.25f));
-    const float c  = p->deviation[WEIGHTS] * x->a[WEIGHTS];
-    x->a[WEIGHTS]  = bound_f32(c + gain * bound_f32(constant_n - c, 2.0f * p->breakaway_n), p->breakaway_n) / p->deviation[WEIGHTS];
-    x->travel_n    = x->travel_n + slid_n;
+    const float c = p->deviation[WEIGHTS] * x->a[WEIGHTS];
+    x->a[WEIGHTS] =
+        bound_f32(c + gain * bound_f32(constant_n - c, 2.0f * p->breakaway_n), p->breakaway_n) / p->deviation[WEIGHTS];
+    x->travel_n = x->travel_n + slid_n;
     for (uint32_t i = 0; i < sizeof(x->P) / sizeof(x->P[0]); i++)
     {
         x->P[i] *= 1.0f - gain;
@@ -344,7 +356,9 @@ void tribo_learner_take(const tribo_feedforward_learning_t *p,
 }
 
 /// Variance of L in the direction of a place over the prior's.
-static float relative_variance(const tribo_feedforward_learning_t *p, const tribo_feedforward_learner_t *x, const learner_place_t *place)
+static float relative_variance(const tribo_feedforward_learning_t *p,
+                               const tribo_feedforward_learner_t  *x,
+                               const learner_place_t              *place)
 {
     const uint32_t index[3] = {0, WEIGHTS, WEIGHTS + 1u};
     const float    k[3]     = {p->deviation[0] * place->L_n,
@@ -364,20 +378,20 @@ static float relative_variance(const tribo_feedforward_learning_t *p, const trib
 }
 
 tribo_feedforward_learned_t tribo_learner_readout(const tribo_feedforward_learning_t *p,
-                                                      const tribo_feedforward_learner_t  *x,
-                                                      const learner_place_t              *place)
+                                                  const tribo_feedforward_learner_t  *x,
+                                                  const learner_place_t              *place)
 {
     const float V    = tribo_learner_sliding(p, x);
     const float load = place->sign * (place->load_n + tribo_learner_load(p, x, place->force_n));
     const float L    = V * place->L_n + load;
     return (tribo_feedforward_learned_t){.L_n               = L > 0.05f * V * place->L_n ? L : 0.05f * V * place->L_n,
-                                             .relative_variance = relative_variance(p, x, place),
-                                             .travel_n          = x->travel_n,
-                                             .at_bound          = is_at_bound(V),
-                                             .stays_at_bound    = x->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS,
-                                             .harms             = x->harms != 0u,
-                                             .late              = place->late,
-                                             .forgotten         = place->forgotten + x->forgotten};
+                                         .relative_variance = relative_variance(p, x, place),
+                                         .travel_n          = x->travel_n,
+                                         .at_bound          = is_at_bound(V),
+                                         .stays_at_bound    = x->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS,
+                                         .harms             = x->harms != 0u,
+                                         .late              = place->late,
+                                         .forgotten         = place->forgotten + x->forgotten};
 }
 
 void tribo_learner_restore(tribo_feedforward_learner_t *x)

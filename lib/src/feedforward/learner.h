@@ -17,7 +17,7 @@ typedef struct
     float    travelled_n, force_n, friction_n, noise_n, effort_n; ///< m, yf, z, n_y, LP(v)
     float    need_n;                                              ///< v + f - b at the last reversal
     float    L_n, load_n;                                         ///< of the model, at yf
-    uint32_t flips, turns, chatter;                               ///< reversals, those where r did not stand, chatter of a hold
+    uint32_t flips, turns, chatter; ///< reversals, those where r did not stand, chatter of a hold
     bool     learns, moves, starts;
 } learner_sample_t;
 
@@ -55,8 +55,8 @@ typedef struct
 } learner_place_t;
 
 tribo_feedforward_learned_t tribo_learner_readout(const tribo_feedforward_learning_t *p,
-                                                      const tribo_feedforward_learner_t  *x,
-                                                      const learner_place_t              *place);
+                                                  const tribo_feedforward_learner_t  *x,
+                                                  const learner_place_t              *place);
 
 void tribo_learner_restore(tribo_feedforward_learner_t *x);
 

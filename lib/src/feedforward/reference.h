@@ -68,7 +68,11 @@ static inline uint32_t seal_of(const weights_t *x)
 /// Nothing learned.
 static inline void forget_weights(const params_t *p, weights_t *x)
 {
-    *x      = (weights_t){.sliding = NUMBER(1.0), .use = {NUMBER(1.0)}, .trust = p->trust, .turned = NUMBER(1.0), .kept = PART(0.99999994)};
+    *x      = (weights_t){.sliding = NUMBER(1.0),
+                          .use     = {NUMBER(1.0)},
+                          .trust   = p->trust,
+                          .turned  = NUMBER(1.0),
+                          .kept    = PART(0.99999994)};
     x->seal = seal_of(x);
 }
 
@@ -159,19 +163,19 @@ typedef struct
 /// Steps 2 and 3: rs follows r, but not further into a limit of u; its rate; its sign, of its last move by more than W.
 static inline follow_t follow(const params_t *p, state_t *x, force_t r)
 {
-    x->r_noise            = noise_of(p, x->r_noise, r, x->r);
-    const force_t width   = plus(p->reversal, coarser(gained(x->r_noise, GAIN(4.0))));
-    const force_t wanted  = minus(r, x->reached);
-    const force_t moved   = sign_of(wanted) * x->limited > 0 ? 0 : wanted;
-    const bool    step    = size_of(moved) > p->step;
-    const force_t before  = x->turned;
-    const int8_t  sign    = x->sign;
-    x->reached            = bounded(plus(x->reached, moved));
-    x->rate               = low_pass(x->rate, step ? 0 : finer(moved), p->fast_part);
-    x->turned             = play(before, x->reached, width / 2);
-    const force_t turned  = minus(x->turned, before);
-    x->sign               = turned != 0 ? sign_of(turned) : sign;
-    x->flips              = x->sign != sign;
+    x->r_noise           = noise_of(p, x->r_noise, r, x->r);
+    const force_t width  = plus(p->reversal, coarser(gained(x->r_noise, GAIN(4.0))));
+    const force_t wanted = minus(r, x->reached);
+    const force_t moved  = sign_of(wanted) * x->limited > 0 ? 0 : wanted;
+    const bool    step   = size_of(moved) > p->step;
+    const force_t before = x->turned;
+    const int8_t  sign   = x->sign;
+    x->reached           = bounded(plus(x->reached, moved));
+    x->rate              = low_pass(x->rate, step ? 0 : finer(moved), p->fast_part);
+    x->turned            = play(before, x->reached, width / 2);
+    const force_t turned = minus(x->turned, before);
+    x->sign              = turned != 0 ? sign_of(turned) : sign;
+    x->flips             = x->sign != sign;
     return (follow_t){.moved = moved, .turned = turned, .width = width, .step = step};
 }
 

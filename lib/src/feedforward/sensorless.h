@@ -7,14 +7,15 @@
 //
 // and two slides, one in each direction, tell V and c apart.
 
-#define TRAVEL_MIN  16.0f               // X_min, widths
-#define WEIGHING    32.0f               // R_x, widths
-#define GAIN_MOST   0.5f                // g_0
-#define TICKS_MAX   (UINT32_C(1) << 20) // of a slide that counts
+#define TRAVEL_MIN   16.0f               // X_min, widths
+#define WEIGHING     32.0f               // R_x, widths
+#define GAIN_MOST    0.5f                // g_0
+#define TICKS_MAX    (UINT32_C(1) << 20) // of a slide that counts
 #define SLIDING_MOST 4.0f
 
 typedef FEED(motion_t) motion_t;
 typedef FEED(effort_t) effort_t;
+typedef ESTIMATE(t) estimate_t;
 
 /// The sign of the last motion beyond a width: `moves` of it through a play.
 static int32_t push(number_t *slack, number_t moves)
@@ -75,7 +76,8 @@ static void end_slide(const params_t *p, memory_t *memory)
         return;
     }
     const float work  = newtons_of_sum(&p->learning, x->work) / travel;
-    const float prior = newtons_of_sum(&p->learning, x->prior) / slid * (1.0f + 2.0f / travel); // back by a width: friction there and back
+    const float prior = newtons_of_sum(&p->learning, x->prior) / slid *
+                        (1.0f + 2.0f / travel); // back by a width: friction there and back
     if (!(prior > 0.0f) || exceeds(work, TRIBO_F32_FORCE_MAX_N))
     {
         return;
@@ -190,7 +192,8 @@ static force_t method_error(const loop_params_t *loop, void *inner, force_t r, f
     const int8_t   before = x->sign;
     const follow_t now    = follow(p, x, good ? inside(r) : x->r[0]);
     const prior_t  prior  = prior_of(&loop->compensator.friction, x->reached);
-    const force_t  ahead  = lead_of(p, x, &now, memory->motion.is_known != 0u ? 0 : x->rate); // another loop's effort has no rate
+    const force_t  ahead =
+        lead_of(p, x, &now, memory->motion.is_known != 0u ? 0 : x->rate); // another loop's effort has no rate
     if (memory->motion.was_known != 0u && x->weights.seal != seal_of(&x->weights))
     {
         start_anew(p, x);
@@ -230,8 +233,10 @@ static force_t method_term(const loop_params_t *loop, void *inner, force_t v_out
     const force_t v      = inside(v_out);
     const force_t wanted = plus(x->lin, x->f);
     const force_t fading = low_pass(x->b, 0, p->slow_part);
-    x->b       = clamp_of(x->rule == TRIBO_FEEDFORWARD_TAKE_OVER ? minus(wanted, plus(v, inside(x->tick.MEMBER(term)))) : fading, p->offset_max);
-    x->rule    = TRIBO_FEEDFORWARD_KEEP;
+    x->b =
+        clamp_of(x->rule == TRIBO_FEEDFORWARD_TAKE_OVER ? minus(wanted, plus(v, inside(x->tick.MEMBER(term)))) : fading,
+                 p->offset_max);
+    x->rule = TRIBO_FEEDFORWARD_KEEP;
 
     const force_t sum    = plus(minus(wanted, x->b), x->lead);
     const force_t u      = clamp(sum, low, high);
@@ -240,7 +245,7 @@ static force_t method_term(const loop_params_t *loop, void *inner, force_t v_out
     return outside(minus(u, v));
 }
 
-static void method_after(const loop_params_t *loop, void *inner, force_t v, force_t u_out, LOOP(signals_t) *seen)
+static void method_after(const loop_params_t *loop, void *inner, force_t v, force_t u_out, LOOP(signals_t) * seen)
 {
     state_t *const x = &((memory_t *)inner)->state;
     (void)v;
@@ -266,7 +271,7 @@ static void method_enter(void *memory, force_t term, bool anew)
 }
 
 // One by one: an initialiser would be a table of absolute addresses.
-void JOINT(method)(LOOP(functions_t) *functions)
+void JOINT(method)(LOOP(functions_t) * functions)
 {
     functions->error = method_error;
     functions->term  = method_term;
@@ -280,7 +285,12 @@ void JOINT(method)(LOOP(functions_t) *functions)
 #define FIRST_TURNS 16u
 
 /// F of an arm that sticks within `up` and `down` times half its breakaway, which depends on F: in `turns` steps.
-static force_t stuck(const friction_params_t *friction, force_t before, force_t u, number_t up, number_t down, uint32_t turns)
+static force_t stuck(const friction_params_t *friction,
+                     force_t                  before,
+                     force_t                  u,
+                     number_t                 up,
+                     number_t                 down,
+                     uint32_t                 turns)
 {
     const force_t g = inside(friction->MEMBER(gravity));
     force_t       F = before;
@@ -294,26 +304,30 @@ static force_t stuck(const friction_params_t *friction, force_t before, force_t 
     return F;
 }
 
-void ESTIMATE(step)(const loop_params_t *params, const params_t *feedforward, ESTIMATE(t) *estimate, part_t tolerance, force_t u_out)
+void ESTIMATE(step)(const loop_params_t *params,
+                    const params_t      *feedforward,
+                    estimate_t          *estimate,
+                    part_t               tolerance,
+                    force_t              MEMBER(u))
 {
     const friction_params_t *const friction = &params->compensator.friction;
 
     const force_t most  = inside(feedforward->input_max);
-    const force_t u     = inside(u_out);
+    const force_t at    = inside(MEMBER(u));
     uint32_t      turns = TURNS;
-    if (!is_part(tolerance) || !is_credible(u, most))
+    if (!is_part(tolerance) || !is_credible(at, most))
     {
         return;
     }
     const force_t sum = plus(plus(estimate->force, estimate->low), estimate->high);
     if (estimate->runs == 0u || !is_credible(estimate->lagged, most) || !is_credible(sum, CREDIBLE_N))
     {
-        *estimate = (ESTIMATE(t)){.runs = 1, .lagged = u, .force = u, .low = -most, .high = most};
+        *estimate = (estimate_t){.runs = 1, .lagged = at, .force = at, .low = -most, .high = most};
         turns     = FIRST_TURNS;
     }
     const number_t few  = minus(NUMBER(1.0), part_of(NUMBER(1.0), tolerance));
     const number_t many = plus(NUMBER(1.0), part_of(NUMBER(1.0), tolerance));
-    estimate->lagged    = low_pass(estimate->lagged, u, feedforward->lag_part);
+    estimate->lagged    = low_pass(estimate->lagged, at, feedforward->lag_part);
     estimate->force     = stuck(friction, estimate->force, estimate->lagged, NUMBER(1.0), NUMBER(1.0), turns);
     estimate->low       = stuck(friction, estimate->low, estimate->lagged, many, few, turns);
     estimate->high      = stuck(friction, estimate->high, estimate->lagged, few, many, turns);

@@ -6,7 +6,7 @@
 
 #include "reference.h"
 
-#define FASTEST                 1000.0f // x_max, widths a tick
+#define FASTEST 1000.0f // x_max, widths a tick
 
 #define ROW(...) PARAMETERS_ROW(tribo_sensorless_f32_config_t, __VA_ARGS__)
 const tribo_parameter_t tribo_sensorless_parameters[] = {TRIBO_SENSORLESS_PARAMETERS(ROW)};
@@ -47,7 +47,7 @@ tribo_status_t tribo_force_loop_sensorless_f32_init(tribo_force_loop_f32_params_
     }
     if (status == TRIBO_OK)
     {
-        feedforward->trust = sensorless_config->belief;
+        feedforward->trust            = sensorless_config->belief;
         feedforward->method.functions = tribo_sensorless_f32_method;
     }
     return status;

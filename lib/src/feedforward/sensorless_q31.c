@@ -7,7 +7,7 @@
 
 #include "reference.h"
 
-#define FASTEST                 NUMBER(3.9) // x_max, widths a tick
+#define FASTEST NUMBER(3.9) // x_max, widths a tick
 
 static bool is_part(uint32_t x)
 {
@@ -48,7 +48,7 @@ tribo_status_t tribo_force_loop_sensorless_q31_init(tribo_force_loop_q31_params_
     }
     if (status == TRIBO_OK)
     {
-        feedforward->trust = fixed_unsigned(sensorless_config->belief, 32);
+        feedforward->trust            = fixed_unsigned(sensorless_config->belief, 32);
         feedforward->method.functions = tribo_sensorless_q31_method;
     }
     return status;

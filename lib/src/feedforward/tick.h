@@ -192,6 +192,42 @@ static bool is_corrupt(const state_t *x)
     return !is_credible(x->e, CREDIBLE_N) || !is_credible(sum, CREDIBLE_N) || !is_credible(passes, CREDIBLE_N);
 }
 
+/// Whether it runs in this tick: good inputs start it. With a flipped bit of b, u goes on.
+static bool runs_with(const params_t *p, state_t *x, force_t r, force_t y, bool good)
+{
+    if (!is_running(x))
+    {
+        if (good)
+        {
+            start(p, x, inside(r), inside(y));
+        }
+        return good;
+    }
+    if (x->offset_seal != ~bits_of(x->b))
+    {
+        x->rule = TRIBO_FEEDFORWARD_TAKE_OVER;
+        count_up(&x->forgotten);
+    }
+    return true;
+}
+
+/// Steps 5 and 6, by the mode.
+static void set_friction(const params_t *p, state_t *x, bool stands, bool first)
+{
+    if (stands && x->mode != TRIBO_FEEDFORWARD_START)
+    {
+        hold(p, x);
+    }
+    else if (x->mode == TRIBO_FEEDFORWARD_HOLD)
+    {
+        leave(x);
+    }
+    else
+    {
+        move(p, x, first);
+    }
+}
+
 // Steps 1 to 6.
 static force_t method_error(const loop_params_t *loop, void *memory, force_t r, force_t y, part_t fade)
 {
@@ -200,19 +236,11 @@ static force_t method_error(const loop_params_t *loop, void *memory, force_t r, 
 
     const bool good_r = is_credible(r, p->input_max);
     x->y_good         = is_credible(y, p->input_max);
-    if (!is_running(x))
+    const bool good   = good_r && x->y_good;
+    if (!runs_with(p, x, r, y, good))
     {
-        if (!good_r || !x->y_good)
-        {
-            tell(x, 0, 0, 0);
-            return 0;
-        }
-        start(p, x, inside(r), inside(y));
-    }
-    if (x->offset_seal != ~bits_of(x->b)) // a flipped bit: u goes on
-    {
-        x->rule = TRIBO_FEEDFORWARD_TAKE_OVER;
-        count_up(&x->forgotten);
+        tell(x, 0, 0, 0);
+        return 0;
     }
     x->y_now              = x->y_good ? inside(y) : x->y[0];
     const int8_t   before = x->sign;
@@ -234,22 +262,11 @@ static force_t method_error(const loop_params_t *loop, void *memory, force_t r, 
     x->e                = x->y_good ? e : 0;
     x->error            = x->y_good ? low_pass(x->error, e, p->slow_part) : x->error;
     x->need             = minus(x->f, x->b);
-    if (stands && x->mode != TRIBO_FEEDFORWARD_START)
-    {
-        hold(p, x);
-    }
-    else if (x->mode == TRIBO_FEEDFORWARD_HOLD)
-    {
-        leave(x);
-    }
-    else
-    {
-        move(p, x, x->flips && before == 0);
-    }
+    set_friction(p, x, stands, x->flips && before == 0);
     if (is_corrupt(x))
     {
         start_anew(p, x);
-        return good_r && x->y_good ? minus(r, y) : 0;
+        return good ? minus(r, y) : 0;
     }
     tell(x, x->e, x->y_now, x->f);
     return x->tick.MEMBER(e);
@@ -271,7 +288,8 @@ static force_t method_term(const loop_params_t *loop, void *memory, force_t v_ou
         x->turn_need = plus(v, x->need);
         count_few(&x->flipped);
     }
-    if (x->rule == TRIBO_FEEDFORWARD_REVERSAL) // v was wound up during stiction; where it made up for a load, b keeps a part of that
+    if (x->rule ==
+        TRIBO_FEEDFORWARD_REVERSAL) // v was wound up during stiction; where it made up for a load, b keeps a part of that
     {
         const force_t beyond = minus(x->sign * minus(x->b, x->v), p->reversal);
         const force_t kept   = clamp(beyond, 0, size_of(x->own_load) / 4);
@@ -311,7 +329,8 @@ static void observe(const params_t *p, state_t *x, force_t u)
 // Member by member, as accesses to volatile objects keep their order.
 static void post(const params_t *p, state_t *x)
 {
-    const bool slides = x->mode == TRIBO_FEEDFORWARD_MOVING || (x->mode == TRIBO_FEEDFORWARD_HOLD && x->still < p->still_ticks);
+    const bool slides =
+        x->mode == TRIBO_FEEDFORWARD_MOVING || (x->mode == TRIBO_FEEDFORWARD_HOLD && x->still < p->still_ticks);
 
     x->exchange.sample.travelled = x->travelled;
     x->exchange.sample.force     = x->force;
@@ -384,7 +403,7 @@ static void exchange(const params_t *p, state_t *x)
 }
 
 // Step 8, once u is known.
-static void method_after(const loop_params_t *loop, void *memory, force_t v, force_t u_out, LOOP(signals_t) *seen)
+static void method_after(const loop_params_t *loop, void *memory, force_t v, force_t u_out, LOOP(signals_t) * seen)
 {
     const params_t *const p = params_of(loop);
     state_t *const        x = &((memory_t *)memory)->state;
@@ -394,7 +413,9 @@ static void method_after(const loop_params_t *loop, void *memory, force_t v, for
     }
     const force_t u = inside(u_out);
     x->u            = x->rests ? x->u : u; // else rounding adds up
-    x->limited      = (int8_t)(seen->controller.limited ? sign_of(minus(plus(inside(v), plus(inside(x->tick.MEMBER(term)), x->lead)), u)) : 0);
+    x->limited      = (int8_t)(seen->controller.limited
+                                   ? sign_of(minus(plus(inside(v), plus(inside(x->tick.MEMBER(term)), x->lead)), u))
+                                   : 0);
     observe(p, x, u);
     x->phase++;
     if (x->phase >= SAMPLE_TICKS)
@@ -412,7 +433,7 @@ static void method_enter(void *memory, force_t term, bool anew)
 }
 
 // One by one: an initialiser would be a table of absolute addresses.
-void FEED(method)(LOOP(functions_t) *functions)
+void FEED(method)(LOOP(functions_t) * functions)
 {
     functions->error = method_error;
     functions->term  = method_term;

@@ -5,18 +5,18 @@
 
 #include "tribo/feedforward_f32.h"
 
-#include "../number/first_order_f32.h"
 #include "../friction/law_f32.h"
+#include "../number/first_order_f32.h"
 
 #include <stddef.h>
 
-#define FEED(name)  tribo_feedforward_f32_##name
-#define LOOP(name)  tribo_force_loop_f32_##name
+#define FEED(name)      tribo_feedforward_f32_##name
+#define LOOP(name)      tribo_force_loop_f32_##name
 #define LOOP_FEED(name) tribo_force_loop_feedforward_f32_##name
-#define JOINT(name) tribo_sensorless_f32_##name
-#define ESTIMATE(name) tribo_force_estimate_f32_##name
-#define MEMBER(name) name##_n // of the loop's structs
-#define CREDIBLE_N  1.0e9f // a force beyond: the state is corrupt
+#define JOINT(name)     tribo_sensorless_f32_##name
+#define ESTIMATE(name)  tribo_force_estimate_f32_##name
+#define MEMBER(name)    name##_n // of the loop's structs
+#define CREDIBLE_N      1.0e9f   // a force beyond: the state is corrupt
 
 #define NUMBER(x) (x##f) // of number_t, within 4
 #define PART(x)   (x##f) // of part_t, 0 to 1

@@ -15,19 +15,19 @@
 #include "tribo/feedforward_q31.h"
 #include "tribo/q31.h"
 
+#include "../friction/law_q31.h"
 #include "../number/first_order_q31.h"
 #include "../number/ieee_f32.h"
-#include "../friction/law_q31.h"
 
 #include <stddef.h>
 
-#define FEED(name)  tribo_feedforward_q31_##name
-#define LOOP(name)  tribo_force_loop_q31_##name
+#define FEED(name)      tribo_feedforward_q31_##name
+#define LOOP(name)      tribo_force_loop_q31_##name
 #define LOOP_FEED(name) tribo_force_loop_feedforward_q31_##name
-#define JOINT(name) tribo_sensorless_q31_##name
-#define ESTIMATE(name) tribo_force_estimate_q31_##name
-#define MEMBER(name) name // of the loop's structs
-#define CREDIBLE_N  INT32_MAX
+#define JOINT(name)     tribo_sensorless_q31_##name
+#define ESTIMATE(name)  tribo_force_estimate_q31_##name
+#define MEMBER(name)    name // of the loop's structs
+#define CREDIBLE_N      INT32_MAX
 
 #define WORDS_ONE (INT32_C(1) << 29) // FS, or 1
 #define NUMBER(x) ((int32_t)((x) * 536870912.0 + 0.5))
@@ -181,13 +181,14 @@ static inline part_t part_from(float x)
 static inline tribo_feedforward_q31_weights_t taken(const tribo_feedforward_learning_t    *learning,
                                                     const tribo_feedforward_f32_weights_t *learned)
 {
-    tribo_feedforward_q31_weights_t x = {.sliding  = number_of(learned->sliding),
-                                         .constant = number_of(bound_f32(learned->constant / (learning->unit_n * 536870912.0f), 1.0f)),
-                                         .scale    = number_of(learned->scale),
-                                         .trust    = part_from(learned->trust),
-                                         .turned   = number_of(learned->turned),
-                                         .kept     = part_from(learned->kept),
-                                         .fed_back = learned->fed_back};
+    tribo_feedforward_q31_weights_t x = {
+        .sliding  = number_of(learned->sliding),
+        .constant = number_of(bound_f32(learned->constant / (learning->unit_n * 536870912.0f), 1.0f)),
+        .scale    = number_of(learned->scale),
+        .trust    = part_from(learned->trust),
+        .turned   = number_of(learned->turned),
+        .kept     = part_from(learned->kept),
+        .fed_back = learned->fed_back};
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_WEIGHTS; j++)
     {
         x.use[j] = number_of(learned->use[j]);
