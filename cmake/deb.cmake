@@ -10,7 +10,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION electronics)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3, python3-matplotlib")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "cmake, ninja-build, gcc") # of tribo-fmu
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
-    "Force control for motor drives that know their own friction
+    "Takes the friction out of motor drives
 The library for a drive's firmware, its simulator, the drive on a Linux board
 and the tools to talk to one.")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/deb/postinst)

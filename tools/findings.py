@@ -1,9 +1,9 @@
-"""The tables and figures of docs/findings.md.
+"""The tables and figures of research/findings.md.
 
     findings.py DIR [--update]
 
-DIR has a folder for each study of host_sim/studies but the wide one, as tribo-sim sweep wrote it. Prints the tables and draws the
-figures into DIR. --update: writes both to docs/, the tables between their marks in docs/findings.md.
+Plays each study of host_sim/studies but the wide one into a folder of DIR. Prints all tables, writes them with their figures to
+DIR/report.md. --update: writes those that research/findings.md has a place for into it, and its figure beside it.
 """
 
 import pathlib
@@ -13,6 +13,7 @@ import sys
 
 from matplotlib.colors import LogNorm
 
+import tribo
 from tribo_plot.look import FEEDFORWARD, GUIDE, PAPER, shade
 from tribo_plot.sweeps import Sweep, is_logarithmic, np, plt
 
@@ -63,15 +64,11 @@ def triangles(sweep):
 
 
 def truths(sweep):
-    gains = ["paper, 0.5", "paper, 0.7", "paper, 0.85", "paper, 1", "feedforward"]
-    rows = [["truth", "without, 20 mN/s (mN)", *(f"ratio: {gain}" for gain in gains), "chatter at 10 mN/s: paper, 0.85 (% of ticks)",
-             "u varies, times r"]]
+    gains = ["paper, 0.7", "paper, 0.85", "paper, 1", "feedforward"]
+    rows = [["truth", *(f"ratio: {gain}" for gain in gains)]]
     for model in listed(sweep, "plant.model"):
         at = {"plant__model": model, "slope": "20 mN/s"}
-        slow = {"plant__model": model, "slope": "10 mN/s", "compensation": "paper, 0.85"}
-        rows.append([f"`{model}`", mn(one(sweep, "without_rms_error_N", **at, compensation="paper, 0.85")),
-                     *(ratio(one(sweep, "ratio", **at, compensation=gain)) for gain in gains),
-                     percent(one(sweep, "chatter", **slow)), f"{one(sweep, 'variation_ratio', **slow):.1f}"])
+        rows.append([f"`{model}`", *(ratio(one(sweep, "ratio", **at, compensation=gain)) for gain in gains)])
     return markdown(rows)
 
 
@@ -135,27 +132,29 @@ def asymmetry(sweep):
 def quantile_row(sweep, inside):
     values = sweep.value["ratio"][inside]
     rms = sweep.value["rms_error_N"][inside]
-    return [str(len(values)), mn(np.median(sweep.value["without_rms_error_N"][inside])), mn(np.median(rms)),
-            mn(np.quantile(rms, 0.95)), *(ratio(np.quantile(values, p)) for p in (0.0, 0.05, 0.5, 0.95)),
-            f"{100 * np.mean(values < 1):.1f} %"]
+    return [mn(np.median(rms)), mn(np.quantile(rms, 0.95)), *(ratio(np.quantile(values, p)) for p in (0.0, 0.05, 0.5, 0.95)), f"{100 * np.mean(values < 1):.1f} %"]
 
 
-QUANTILES = ["rows", "without, 50 % (mN)", "with, 50 % (mN)", "95 % (mN)", "ratio, worst", "5 %", "50 %", "95 %", "worse than without"]
+QUANTILES = ["50 % (mN)", "95 % (mN)", "ratio, worst", "5 %", "50 %", "95 %", "worse than without"]
 
 
 def uncertainty(sweep):
     kinds = listed(sweep, "compensation")
-    breakaway = np.array([float(text) for text in sweep.text["breakaway"]])
     rows = [["compensation", *QUANTILES]]
     for kind in kinds:
         inside = np.array([text == kind for text in sweep.text["compensation"]])
         rows.append([kind, *quantile_row(sweep, inside)])
+    return markdown(rows)
+
+
+def uncertainty_by_breakaway(sweep):
+    breakaway = np.array([float(text) for text in sweep.text["breakaway"]])
     parts = [["breakaway, times the believed; compensation", *QUANTILES]]
     for low, high in ((0.5, 0.75), (0.75, 0.9), (0.9, 1.1), (1.1, 1.5)):
         for kind in ("paper, 0.5", "paper, 0.7", "paper, 0.85", "paper, 1", "feedforward"):
             inside = np.array([text == kind for text in sweep.text["compensation"]]) & (breakaway >= low) & (breakaway < high)
             parts.append([f"{low:g} to {high:g}; {kind}", *quantile_row(sweep, inside)])
-    return markdown(rows) + "\n\n" + markdown(parts)
+    return markdown(parts)
 
 
 def uncertainty_figure(sweep):
@@ -206,31 +205,31 @@ def main():
     if len(sys.argv) not in (2, 3) or sys.argv[2:] not in ([], ["--update"]):
         sys.exit(__doc__)
     folder = pathlib.Path(sys.argv[1])
-    sweeps = {name: Sweep(folder / name) for name in ("triangles", "truths", "gain_breakaway", "asymmetry", "one_at_a_time",
-                                                        "uncertainty", "chatter")}
-    for sweep in sweeps.values():
-        sweep.value["variation_ratio"] = sweep.number("variation_ratio")
+    sweeps = {}
+    for name in ("triangles", "truths", "gain_breakaway", "asymmetry", "one_at_a_time", "uncertainty", "chatter"):
+        print(name, file=sys.stderr)
+        frame = tribo.sweep(name, folder / name)
+        tribo.sweep_report(frame, folder / name)
+        sweeps[name] = Sweep(frame)
     makers = {"triangles": triangles, "truths": truths, "gain_breakaway": gain_breakaway, "asymmetry": asymmetry,
               "one_at_a_time": one_at_a_time, "uncertainty": uncertainty, "chatter": chatter}
     tables = {name: maker(sweeps[name]) for name, maker in makers.items()}
-    for name, table in tables.items():
-        print(f"{name}\n\n{table}\n")
+    tables["uncertainty_by_breakaway"] = uncertainty_by_breakaway(sweeps["uncertainty"])
     figures = {"gain.png": gain_figure(sweeps["gain_breakaway"]), "uncertainty.png": uncertainty_figure(sweeps["uncertainty"])}
     for name, figure in figures.items():
         figure.savefig(folder / name, metadata={"Software": None})
+    pages = [f"## {name}\n\n{table}\n" for name, table in tables.items()] + [f"![{name}]({name})\n" for name in figures]
+    print("\n".join(pages))
+    (folder / "report.md").write_text("\n".join(["# Findings\n", *pages]), encoding="utf-8")
     if "--update" not in sys.argv:
         return
-    place = ROOT / "docs" / "findings.md"
-    text = place.read_text(encoding="utf-8")
-    for name, table in tables.items():
-        pattern = re.compile(rf"(<!-- made by tools/findings: {name} -->\n).*?(<!-- end -->)", re.S)
-        text, count = pattern.subn(lambda found, table=table: f"{found[1]}\n{table}\n\n{found[2]}", text)
-        if count != 1:
-            sys.exit(f"{place}: no place for the table {name}")
+    place = ROOT / "research" / "findings.md"
+    text, count = re.subn(r"(<!-- made by tools/findings: (\w+) -->\n).*?(<!-- end -->)",
+                          lambda found: f"{found[1]}\n{tables[found[2]]}\n\n{found[3]}", place.read_text(encoding="utf-8"), flags=re.S)
+    if count == 0:
+        sys.exit(f"{place}: no place for a table")
     place.write_text(text, encoding="utf-8")
-    (ROOT / "docs" / "findings").mkdir(exist_ok=True)
-    for name in figures:
-        shutil.copy(folder / name, ROOT / "docs" / "findings" / name)
+    shutil.copy(folder / "gain.png", place.parent / "gain.png")
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ typedef struct common_key
     const struct common_key *const *keys_of_model; ///< of a group, instead: pointer to a truth model's keys
     size_t                          size;          ///< of a list's element
     size_t                          count_offset;  ///< of a list's counter
-    const char                     *text;          ///< for the tables of scenarios/README.md; of a group its title
+    const char                     *text;          ///< what it means, for `tribo-sim list`; the title of a group
 } common_key_t;
 
 #endif

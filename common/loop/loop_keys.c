@@ -1,6 +1,6 @@
 // A new parameter of the library is a row of tribo/parameters.h alone. Another key is a row here and a field of the struct that the row
 // is about (loop_keys.h); what uses it reads the field.
-// `cmake --build --preset host-release --target scenario-readme` then writes its row in host_sim/scenarios/README.md.
+// `tribo-sim list --markdown` then shows its row.
 
 #include "loop/loop_keys.h"
 

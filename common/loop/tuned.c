@@ -1,10 +1,5 @@
 #include "loop/tuned.h"
 
-static float larger(float a, float b)
-{
-    return a > b ? a : b;
-}
-
 tribo_status_t common_tune(common_tuned_t *tuned, const common_rig_t *rig)
 {
     const float h   = rig->sample_time_s;
@@ -32,14 +27,8 @@ tribo_status_t common_tune(common_tuned_t *tuned, const common_rig_t *rig)
     made.feedforward.presliding_n     = 1.0f / params.learning.per_n[TRIBO_FEEDFORWARD_WEIGHTS - 1u];
     made.feedforward.jump_time_s      = 2.1f * tau;
     made.feedforward.forgetting_per_n = params.learning.forgetting_per_n;
-    made.guard.turn_n                 = B / 3.14f;
-    made.guard.stray_n                = larger(B / 15.7f, 8.0f * rig->noise_n);
-    made.guard.quick_time_s           = larger(16.0f * tau, 20.0f * h);
-    if (made.guard.quick_time_s > 1.0e5f * h) // the guard's own bound
-    {
-        made.guard.quick_time_s = 1.0e5f * h;
-    }
-    const tribo_status_t guarded = tribo_guard_f32_init(&guard_params, &made.guard, h);
+    made.guard                        = tribo_guard_f32_tuned(B, tau, rig->noise_n, h);
+    const tribo_status_t guarded      = tribo_guard_f32_init(&guard_params, &made.guard, h);
     if (guarded == TRIBO_OK)
     {
         *tuned = made;

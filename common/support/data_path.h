@@ -1,4 +1,4 @@
-/// Where the files are that a program came with: scenarios, studies, tools.
+/// Where the files are that a program came with: scenarios, tools.
 
 #ifndef COMMON_DATA_PATH_H
 #define COMMON_DATA_PATH_H

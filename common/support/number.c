@@ -34,23 +34,35 @@ static const char *parse(const char *text, double *value)
     return isfinite(*value) ? NULL : "is too large for a number";
 }
 
-/// Below the normal numbers of single precision.
-static bool is_tiny(double value)
+/// Not 0, also if strtod makes 0 of it.
+static bool is_below(const char *text, double value, double least)
 {
-    return value != 0.0 && fabs(value) < (double)FLT_MIN;
+    const char *digit = text + strcspn(text, "123456789eE");
+    return fabs(value) < least && *digit >= '1' && *digit <= '9';
+}
+
+static bool is_tiny(const char *text, double value)
+{
+    return is_below(text, value, (double)FLT_MIN);
+}
+
+bool common_number_is_below(const char *text, double least)
+{
+    double value;
+    return parse(text, &value) == NULL && is_below(text, value, least);
 }
 
 const char *common_number_parse(const char *text, double *value)
 {
     const char *complaint = parse(text, value);
-    return complaint == NULL && is_tiny(*value) ? "is too small for a number: 0, or at least 1.2e-38 in size"
-                                                : complaint;
+    return complaint == NULL && is_tiny(text, *value) ? "is too small for a number: 0, or at least 1.2e-38 in size"
+                                                      : complaint;
 }
 
 const char *common_number_parse_sample(const char *text, double *value)
 {
     const char *complaint = parse(text, value);
-    *value                = complaint == NULL && is_tiny(*value) ? 0.0 : *value;
+    *value                = complaint == NULL && is_tiny(text, *value) ? 0.0 : *value;
     return complaint;
 }
 

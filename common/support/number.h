@@ -18,4 +18,7 @@ const char *common_number_parse_sample(const char *text, double *value);
 /// The same for a whole number from 0 to 2^64 - 1.
 const char *common_number_parse_whole(const char *text, uint64_t *value);
 
+/// Whether `text` is a number that is not 0, but smaller than `least`.
+bool common_number_is_below(const char *text, double least);
+
 #endif

@@ -61,7 +61,7 @@
     FIELD(uint32_t, debounce_n, "ticks", 1, 32, 0, 1, PROTECTS, "with a bad reading ...") \
     FIELD(uint32_t, debounce_m, "ticks", 1, 32, 0, 1, PROTECTS, "... of these make a fault; until then y stays as it was") \
     FIELD(float, motor_resistance_ohm, "Ohm", 1e-3f, 1e3f, 0, 2.0f, PROTECTS, "of the winding, where the board is the bridge ...") \
-    FIELD(float, motor_inductance_h, "H", 1e-6f, 10.0f, 0, 1e-3f, PROTECTS, "... likewise") \
+    FIELD(float, motor_inductance_h, "H", 1e-6f, 10.0f, 0, 1e-3f, PROTECTS, "... of the winding, too") \
     FIELD(float, current_bandwidth_hz, "Hz", 10.0f, 2100.0f, 0, 1250.0f, PROTECTS, "of its current loop") \
     FIELD(float, bridge_trip_a, "A", 1e-3f, 1e3f, 0, 3.0f, PROTECTS, "its current beyond this turns it off within two periods") \
     FIELD(uint32_t, dead_time_ns, "ns", 50, 6000, 0, 500, PROTECTS, "from one switch of a leg off to the other on") \

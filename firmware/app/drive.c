@@ -52,6 +52,29 @@ static bool is_sensed(const drive_setup_t *setup, drive_config_error_t *error)
     return true;
 }
 
+#define TRAVEL_MOST                                                                                                    \
+    2147483520.0f ///< the largest below 2^31 units, from where a position that wraps is taken for the other way
+
+/// Nor is one passed beyond the end of its scale, where what is compared with it ends as well.
+static bool can_be_passed(const drive_config_t *config, drive_config_error_t *error)
+{
+    static const uint8_t forces[] = {DRIVE_CONFIG_residual_n, DRIVE_CONFIG_tracking_n, DRIVE_CONFIG_tare_max_n};
+    for (size_t i = 0; TRIBO_IS_Q31 && i < sizeof forces; i++)
+    {
+        const float level = drive_config_value(config, forces[i]);
+        if (level > config->full_scale_n)
+        {
+            return refuse(error, forces[i], level, drive_config_fields[forces[i]].low, config->full_scale_n);
+        }
+    }
+    const float most = TRAVEL_MOST / (1e-3f * (float)config->speed_ms);
+    return config->speed_max_units_per_s <= most || refuse(error,
+                                                           DRIVE_CONFIG_speed_max_units_per_s,
+                                                           config->speed_max_units_per_s,
+                                                           drive_config_fields[DRIVE_CONFIG_speed_max_units_per_s].low,
+                                                           most);
+}
+
 /// Where r goes without a host must be credible.
 static bool is_safe_credible(const drive_setup_t *setup, drive_config_error_t *error)
 {
@@ -85,7 +108,8 @@ bool drive_setup_init(drive_setup_t        *setup,
     }
     faults_init(&setup->bounds, config, params);
     expected_init(&setup->expected, config, params);
-    return is_measured(config, port, error) && is_sensed(setup, error) && is_safe_credible(setup, error);
+    return is_measured(config, port, error) && is_sensed(setup, error) && can_be_passed(config, error) &&
+           is_safe_credible(setup, error);
 }
 
 /// Enable first: it is off even if the output's driver blocks.
@@ -353,7 +377,7 @@ static drive_fault_t check_rig(drive_t *drive, const faults_bounds_t *bounds, bo
     faults_loop_t *lasting  = &drive->lasting.loop;
     const bool     residual = faults_residual(bounds, lasting, drive->y, drive->expected.y);
     const bool     at_limit = faults_command_limit(bounds, lasting, limited);
-    const bool     swings   = faults_swinging(bounds, lasting, drive->r, drive->y, u);
+    const bool     swings   = faults_swinging(bounds, lasting, drive->r, drive->y, u, limited);
     const bool     tracking = faults_tracking(bounds, lasting, drive->y);
     return residual   ? DRIVE_FAULT_RESIDUAL
            : at_limit ? DRIVE_FAULT_COMMAND_LIMIT

@@ -19,6 +19,7 @@
 #define FAULTS_RISE_MEASURED 2u ///< ... three
 #define FAULTS_RISE_LOOP     1u ///< ... two: of tracking and command limit, which a fast reference leads to as well
 #define FAULTS_RISE_BAD      8u ///< ... nine: of readings that the debounce leaves out
+#define FAULTS_RISE_LIMITED  2  ///< of swings, with u at a limit
 #define FAULTS_BAD_LEVEL     (FAULTS_RISE_BAD * 32u)
 
 #define FAULTS_REST_MS 1000u
@@ -193,21 +194,33 @@ static inline scaling_rise_t faults_turn(faults_turns_t *turns, loop_force_t x, 
     return size;
 }
 
-/// Swings fill the level, what r has asked for and time empty it.
-static inline bool faults_swing(const faults_bounds_t *bounds,
+/// Swings fill the level, what r has asked for and time empty it. At a limit of u time fills it as well, after a swing.
+static inline void faults_swing(const faults_bounds_t *bounds,
                                 const faults_swings_t *swings,
                                 faults_turns_t        *turns,
                                 loop_force_t           x,
-                                int32_t                asked)
+                                int32_t                asked,
+                                bool                   limited)
 {
     const scaling_rise_t size  = faults_turn(turns, x, swings->least);
-    int32_t              level = turns->level - (turns->level > 0) + (turns->level < 0) - asked;
+    int32_t              level = turns->level - asked;
+    if (turns->level != 0)
+    {
+        level += turns->level < 0 ? 1 : limited ? FAULTS_RISE_LIMITED : -1;
+    }
     if (size > 0)
     {
         level += faults_charge(swings, size);
     }
     turns->level = level < -bounds->asked_most ? -bounds->asked_most : level;
-    return level > bounds->swing_ticks;
+}
+
+/// Ticks of the swing that has not turned yet.
+static inline int32_t faults_under_way(const faults_swings_t *swings, const faults_turns_t *turns)
+{
+    const scaling_rise_t size =
+        turns->falls ? scaling_rise(turns->end, turns->begin) : scaling_rise(turns->begin, turns->end);
+    return size > swings->least ? faults_charge(swings, size) : 0;
 }
 
 /// Ticks of swings that r has asked for by moving as far as a loop follows it.
@@ -231,16 +244,19 @@ static inline bool faults_swinging(const faults_bounds_t *bounds,
                                    faults_loop_t         *state,
                                    loop_force_t           r,
                                    loop_force_t           y,
-                                   loop_force_t           u)
+                                   loop_force_t           u,
+                                   bool                   limited)
 {
     const int32_t asked = faults_asked(bounds, state, r);
     if (bounds->swing_ticks == 0)
     {
         return false;
     }
-    const bool of_u = faults_swing(bounds, &bounds->swings_of_u, &state->u, u, FAULTS_KICKS * asked);
-    const bool of_y = faults_swing(bounds, &bounds->swings_of_y, &state->y, y, asked);
-    return of_u || of_y;
+    faults_swing(bounds, &bounds->swings_of_u, &state->u, u, FAULTS_KICKS * asked, false);
+    faults_swing(bounds, &bounds->swings_of_y, &state->y, y, asked, limited);
+    const int32_t of_y = state->y.level;
+    return state->u.level > bounds->swing_ticks ||
+           (of_y > 0 && of_y + faults_under_way(&bounds->swings_of_y, &state->y) > bounds->swing_ticks);
 }
 
 static inline bool faults_reference(const faults_bounds_t *bounds, faults_state_t *state, bool renewed)

@@ -143,12 +143,9 @@ static bool refuse_row(params_error_t *error, const params_set_t *set, const tri
     return refuse(error, word, value, row->low, row->high, (tribo_status_t)row->status);
 }
 
-bool params_is_number(uint32_t word)
+/// Null: a word of `drive`, the method, the guard's, a section or the table.
+static const tribo_parameter_t *row_of(uint32_t word)
 {
-    if (word < (uint32_t)DRIVE_CONFIG_COUNT)
-    {
-        return drive_config_fields[word].is_float;
-    }
     const tribo_parameter_t *row;
     uint32_t                 of_row;
     size_t                   at;
@@ -156,20 +153,42 @@ bool params_is_number(uint32_t word)
     {
         if (of_row == word)
         {
-            return row->is_whole == 0u;
+            return row;
         }
     }
-    return word >= (uint32_t)PARAMS_SECTIONS_AT;
+    return NULL;
 }
 
-/// A subnormal may be between the ends of a range.
+bool params_is_number(uint32_t word)
+{
+    if (word < (uint32_t)DRIVE_CONFIG_COUNT)
+    {
+        return drive_config_fields[word].is_float;
+    }
+    const tribo_parameter_t *row = row_of(word);
+    return row != NULL ? row->is_whole == 0u : word >= (uint32_t)PARAMS_SECTIONS_AT;
+}
+
+float params_least(uint32_t word)
+{
+    return word >= (uint32_t)PARAMS_SECTIONS_AT ? 1e-20f : 1e-15f;
+}
+
+static float highest(uint32_t word)
+{
+    const tribo_parameter_t *row = row_of(word);
+    return word < (uint32_t)DRIVE_CONFIG_COUNT ? drive_config_fields[word].high : row != NULL ? row->high : 1e6f;
+}
+
+/// A number that nobody means may be between the ends of a range.
 static bool check_sizes(params_error_t *error, const params_set_t *set)
 {
     for (uint32_t word = 0; word < PARAMS_WORDS; word++)
     {
-        if (params_is_subnormal(params_word(set, word)) && params_is_number(word))
+        const float least = params_least(word);
+        if (params_is_number(word) && !params_is_meant(params_word(set, word), least))
         {
-            return refuse(error, word, params_number(set, word), 0.0f, 0.0f, TRIBO_OK);
+            return refuse(error, word, params_number(set, word), least, highest(word), TRIBO_OK);
         }
     }
     return true;

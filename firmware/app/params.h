@@ -12,6 +12,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <string.h>
 
 // The loop's parameters are those of tribo/parameters.h that have a register: in three blocks of Modbus registers, of two a word.
 #define PARAMS_LOOP_NUMBER  0x100u
@@ -143,10 +144,19 @@ float    params_number(const params_set_t *set, uint32_t word);
 /// Whether a word of a set is a float.
 bool params_is_number(uint32_t word);
 
-/// Whether the bits of a float are a number too small for single precision's normal ones, which nobody means.
-static inline bool params_is_subnormal(uint32_t bits)
+#define PARAMS_LEAST_N 1e-9f ///< of a force that a client asks for, the smallest that any parameter can be about
+
+/// Likewise of a word of a set: no range begins nearer to 0, and no coefficient of slow poles at a high rate is smaller.
+float params_least(uint32_t word);
+
+/// Whether the bits of a float are a number that somebody can mean: 0, or at least `least` in size. Words or bytes in another order
+/// often make a tiny one.
+static inline bool params_is_meant(uint32_t bits, float least)
 {
-    return (bits & 0x7f800000u) == 0u && (bits & 0x007fffffu) != 0u;
+    const uint32_t size = bits & 0x7fffffffu;
+    uint32_t       bits_of_least;
+    memcpy(&bits_of_least, &least, sizeof bits_of_least);
+    return size == 0u || size >= bits_of_least;
 }
 
 /// Takes over what `config` says of the loop, with its sections and its table, and `feedforward`, whose poles are the drive's, too;

@@ -787,7 +787,7 @@ static bool is_number(const place_t *place)
 
 #define SIGN 0x80000000u
 
-/// A number that somebody can mean: -0 is 0, and a subnormal comes of swapped words or bytes, or of an integer.
+/// A number that somebody can mean: -0 is 0, and a tiny one comes of swapped words or bytes, or of an integer.
 static bool take_number(const place_t *place, word_t *word)
 {
     if (!is_number(place))
@@ -795,7 +795,7 @@ static bool take_number(const place_t *place, word_t *word)
         return true;
     }
     *word = *word == SIGN ? 0u : *word;
-    return !params_is_subnormal(*word);
+    return params_is_meant(*word, place->kind == STAGED ? params_least(place->word) : PARAMS_LEAST_N);
 }
 
 static bool take_reference(registers_t *registers, word_t word, bool only_check)

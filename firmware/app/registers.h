@@ -1,5 +1,5 @@
 /// The drive as a bus sees it: Modbus registers, of which every list is here or where params.h and config.h take it from.
-/// docs/registers.md is made of them, and tribo-link knows registers by these names.
+/// `tribo-link list --markdown` prints them, and tribo-link knows registers by these names.
 ///
 /// All registers are of 32 bits, two Modbus registers with the high one first, except the command. A write must hold whole
 /// ones; a read may cut one.
@@ -113,9 +113,9 @@
     REGISTER(travel_up, "learned_positive_travel_N", float, "N", "that it was learned from") \
     REGISTER(bound_up, "learned_positive_at_bound", uint32_t, "", "1: not to be trusted") \
     REGISTER(learned_down, "learned_negative_N", float, "N", "in the negative direction") \
-    REGISTER(relative_variance_down, "learned_negative_relative_variance", float, "", "likewise") \
-    REGISTER(travel_down, "learned_negative_travel_N", float, "N", "likewise") \
-    REGISTER(bound_down, "learned_negative_at_bound", uint32_t, "", "likewise") \
+    REGISTER(relative_variance_down, "learned_negative_relative_variance", float, "", "of the negative direction") \
+    REGISTER(travel_down, "learned_negative_travel_N", float, "N", "of the negative direction") \
+    REGISTER(bound_down, "learned_negative_at_bound", uint32_t, "", "of the negative direction") \
     REGISTER(harms, "friction_harms", uint32_t, "", "1: friction fed forward costs more effort than it saves; until command 11") \
     REGISTER(forgotten, "learned_forgotten", uint32_t, "", "times that a corrupt memory was forgotten, since power-up or command 12") \
     REGISTER(late, "learned_late", uint32_t, "", "samples that the background learned from too late, likewise: costs time to learn, nothing else")

@@ -64,8 +64,8 @@ enum
 // clang-format off: one row an option
 static const struct argp_option options[] = {
     {.name = "keys", .key = OPTION_KEYS, .doc = "every key that a scenario can have, with its range and default"},
-    {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "the same as the tables of scenarios/README.md"},
-    {.name = "parameters", .key = OPTION_PARAMETERS, .doc = "every parameter of the library with its field, as the tables of docs/parameters.md"},
+    {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "the same as tables in Markdown, with units and meanings"},
+    {.name = "parameters", .key = OPTION_PARAMETERS, .doc = "every parameter of the library with its field, as tables in Markdown"},
     {.name = NULL}};
 // clang-format on
 

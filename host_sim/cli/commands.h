@@ -10,8 +10,6 @@
 #define SIM_EXIT_USAGE 2 ///< the command line itself
 
 extern const sim_command_t sim_command_run;
-extern const sim_command_t sim_command_sweep;
-extern const sim_command_t sim_command_merge;
 extern const sim_command_t sim_command_replay;
 extern const sim_command_t sim_command_log;
 extern const sim_command_t sim_command_params;

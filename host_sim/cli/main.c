@@ -13,8 +13,6 @@
 #include <string.h>
 
 static const sim_command_t *const commands[] = {&sim_command_run,
-                                                &sim_command_sweep,
-                                                &sim_command_merge,
                                                 &sim_command_replay,
                                                 &sim_command_log,
                                                 &sim_command_plot,
@@ -80,10 +78,9 @@ static int show_help(const sim_command_t *command)
     {
         (void)printf("Targets: %s.\n", sim_target_names());
     }
-    (void)puts(
-        "The folders of scenarios and studies came with tribo-sim; TRIBO_SCENARIOS names another of scenarios. The\n"
-        "images for --target are in the one named by TRIBO_FIRMWARE, or else where the presets build them.\n"
-        "Exit status: 0 done, 1 something is wrong with a file, a value or the run, 2 with the command line.");
+    (void)puts("The folder of scenarios came with tribo-sim; TRIBO_SCENARIOS names another. The\n"
+               "images for --target are in the one named by TRIBO_FIRMWARE, or else where the presets build them.\n"
+               "Exit status: 0 done, 1 something is wrong with a file, a value or the run, 2 with the command line.");
     return flushed();
 }
 
@@ -96,7 +93,7 @@ int main(int count, char **arguments)
 
     if (count < 2)
     {
-        return sim_usage("a command is expected: run, sweep, merge, replay, log, plot, params, fmu or list");
+        return sim_usage("a command is expected: run, replay, log, plot, params, fmu or list");
     }
     const sim_command_t *const command = find_command(arguments[1]);
     if (strcmp(arguments[1], "--version") == 0)

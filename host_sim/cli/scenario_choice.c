@@ -13,13 +13,6 @@ char *sim_scenario_path(const char *name)
     return common_data_named(name, common_scenario_folder(), name);
 }
 
-char *sim_study_path(const char *name)
-{
-    char folder[PATH_MAX];
-    common_data_path(folder, "studies");
-    return common_data_named(name, folder, name);
-}
-
 int sim_scenario_take_set(sim_scenario_choice_t *choice, const char *assignment)
 {
     if (strchr(assignment, '=') == NULL || assignment[0] == '=')

@@ -8,9 +8,6 @@
 /// The path of `name`, as common_data_named. To be freed; null if there is no memory.
 char *sim_scenario_path(const char *name);
 
-/// The same of a study, in the folder that the program came with.
-char *sim_study_path(const char *name);
-
 typedef struct
 {
     const char  *name; ///< as the user wrote it

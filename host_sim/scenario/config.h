@@ -1,5 +1,5 @@
 /// A scenario as the simulator holds it: every key of a scenario file as a field, in physical units. Keys, units, ranges and
-/// defaults: loop/loop_keys.c and keys.c, and the tables of scenarios/README.md that are made of them.
+/// defaults: loop/loop_keys.c and keys.c; `tribo-sim list --keys` prints them.
 
 #ifndef SIM_CONFIG_H
 #define SIM_CONFIG_H

@@ -1,4 +1,4 @@
-/// The table of keys for people: `tribo-sim list --keys`, and what of scenarios/README.md is made of it.
+/// The table of keys for people: `tribo-sim list --keys` and `--markdown`.
 
 #ifndef SIM_KEY_LIST_H
 #define SIM_KEY_LIST_H

@@ -1,5 +1,5 @@
 // A new key of the simulator is a row here and a field of the struct that the row is about (config.h); one of the loop is in
-// loop/loop_keys.c. `cmake --build --preset host-release --target scenario-readme` then writes its row in scenarios/README.md.
+// loop/loop_keys.c. `tribo-sim list --markdown` then shows its row.
 
 #include "scenario/keys.h"
 

@@ -1,5 +1,5 @@
 /// The table of a scenario's keys: what it may hold, with unit, range, default, text, and where each value goes. Made into `tribo-sim
-/// list --keys` and the tables of scenarios/README.md.
+/// list --keys` and `--markdown`.
 
 #ifndef SIM_KEYS_H
 #define SIM_KEYS_H

@@ -1,4 +1,4 @@
-/// The library's list of parameters for people: `tribo-sim list --parameters`, the tables of docs/parameters.md.
+/// The library's list of parameters for people: `tribo-sim list --parameters`.
 
 #ifndef SIM_PARAMETER_LIST_H
 #define SIM_PARAMETER_LIST_H

@@ -65,6 +65,23 @@ bool        native_column_is_flag(unsigned column);
 char *native_run(const native_scenario_t *scenario, bool q31, double *trace, double *trace_q31, native_error_t *error);
 void  native_free(char *text);
 
+/// What a key of a scenario holds, for a study that varies it: "number", with its value; "unset", a number that the scenario leaves out;
+/// "whole", or "other". Null: there is no such key.
+const char *native_scenario_number(const native_scenario_t *scenario, const char *key, double *value);
+
+/// The path of the file with the reference's forces, for native_free. Null: the scenario reads none.
+char *native_scenario_reference(const native_scenario_t *scenario);
+
+/// Plays a checked scenario without a trace, for at most `timeout_s` of processor time. Returns "ok" with the summary as JSON, for
+/// native_free, and the ticks of its metrics window; else why there is none, in words in `error`: "refused" before the first tick,
+/// "failed" or "timeout".
+const char *native_measure(const native_scenario_t *scenario,
+                           bool                     q31,
+                           double                   timeout_s,
+                           char                   **json,
+                           double                  *window_ticks,
+                           native_error_t          *error);
+
 // --- parts of a loop, stepped alone --------------------------------------------------------------------------------
 
 typedef struct native_part native_part_t;

@@ -1,4 +1,4 @@
-"""tribo: force control for drives that know their own friction, from Python.
+"""tribo takes the friction out of motor drives; this is its Python package.
 
 All of it is the project's own C: runs are the simulator's, and have the same bits as `tribo-sim run`.
 
@@ -27,9 +27,11 @@ tribo.StatusError: compensator.friction.k_min: friction k_min: 1.01 to 1000; at 
 from ._core import PARAMETERS, Parameter, ScenarioError, StatusError, __version__, scenarios
 from ._parts import Compensator, FeedForward, Friction, Guard, Loop
 from ._run import Difference, Learned, Run, Summary, run
+from ._study import Study
+from ._sweep import SweepError, sweep, sweep_report
 
 __all__ = ["PARAMETERS", "Compensator", "Difference", "FeedForward", "Friction", "Guard", "Learned", "Loop", "Parameter", "Run", "ScenarioError", "StatusError",
-           "Summary", "__version__", "run", "scenarios"]
+           "Study", "Summary", "SweepError", "__version__", "run", "scenarios", "sweep", "sweep_report"]
 
-for _public in (Compensator, Difference, FeedForward, Friction, Guard, Learned, Loop, Parameter, Run, ScenarioError, StatusError, Summary, run, scenarios):
+for _public in (Compensator, Difference, FeedForward, Friction, Guard, Learned, Loop, Parameter, Run, ScenarioError, StatusError, Study, Summary, SweepError, run, scenarios, sweep, sweep_report):
     _public.__module__ = "tribo"

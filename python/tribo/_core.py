@@ -179,7 +179,7 @@ def _folder() -> Path:
     return Path(os.environ.get("TRIBO_SCENARIOS") or FOLDER)
 
 
-def _path(scenario: str | os.PathLike[str]) -> Path:
+def scenario_path(scenario: str | os.PathLike[str]) -> Path:
     path = Path(scenario)
     if not path.exists() and path.name == os.fspath(scenario):
         path = next((found for ending in ("", ".yaml") if (found := _folder() / (path.name + ending)).exists()), path)
@@ -193,7 +193,7 @@ class Scenario:
 
     def __init__(self, scenario: str | os.PathLike[str] | None) -> None:
         error = new_error()
-        path = ffi.NULL if scenario is None else os.fsencode(_path(scenario))
+        path = ffi.NULL if scenario is None else os.fsencode(scenario_path(scenario))
         handle = lib.native_scenario_open(path, error)
         if handle == ffi.NULL:
             raise raised(error)

@@ -1,5 +1,6 @@
-"""numbers_md.py [--check]: writes docs/numbers.md and the table of facts in README.md from tests/target/budget.txt (by
-tools/bench-target) and accuracy.txt (by tools/bench). --check writes nothing and fails where they are not current.
+"""numbers_md.py [--check | --all]: writes docs/numbers.md and the table of facts in README.md from tests/target/budget.txt (by
+tools/bench-target) and accuracy.txt (by tools/bench). --check writes nothing and fails where they are not current. --all prints the page
+with every part of a tick on every processor.
 """
 
 import pathlib
@@ -19,6 +20,8 @@ START = "<!-- facts: written by tools/bench --update and tools/bench-target --up
 END = "<!-- end -->\n"
 TITLES = {"f32": "float32", "q31": "Q31"}
 PROCESSORS = list(boards.EMULATED)
+SHOWN = ["cortex-m0plus", "cortex-m4f", "rv32imc"]  # on the page; the others are next to one of them
+WHOLE_TICKS = 2  # the first of FUNCTIONS, which the page shows; the parts of a tick are with --all
 
 
 def name_of(processor):
@@ -56,14 +59,14 @@ def table(title, columns, rows):
     return "\n".join(lines + [f"| {' | '.join(row)} |" for row in rows]) + "\n"
 
 
-def costs(figures, rows, titles):
+def costs(figures, rows, titles, processors):
     """Rows of (text, names...) for each arithmetic of `titles`; more names stand side by side."""
     cells = [
-        [title + text, *(" / ".join(number(figures[p][f"{arithmetic}.{name}"]) for name in names) for p in PROCESSORS)]
+        [title + text, *(" / ".join(number(figures[p][f"{arithmetic}.{name}"]) for name in names) for p in processors)]
         for arithmetic, title in titles.items()
         for text, *names in rows
     ]
-    return table("", [name_of(p) for p in PROCESSORS], cells)
+    return table("", [name_of(p) for p in processors], cells)
 
 
 def module(name, tick):
@@ -115,9 +118,9 @@ FUNCTIONS = [
             ("instructions over fast triangles with rests, minimum / mean / worst (one that learns)", "feedforward.tick.min",
              "feedforward.tick.mean", "feedforward.tick.max"),
             ("worst over random inputs, limits and bad inputs", "feedforward.search.max"),
-            ("what a guard beside it adds, minimum / mean / worst", "guard.min", "guard.mean", "guard.max"),
+            ("what the guard adds, minimum / mean / worst", "guard.min", "guard.mean", "guard.max"),
             ("stack, bytes / where the method changes", "stack.feedforward", "stack.methods"),
-            ("its memory / params, bytes, beside the loop's", "ram.feedforward", "flash.feedforward_params"),
+            ("its memory / params, bytes, added to the loop's", "ram.feedforward", "flash.feedforward_params"),
             ("flash at -Os, bytes: loop with both methods and params", "flash.fed"),
         ],
         [],
@@ -185,33 +188,29 @@ PEERS = [
 
 INTRODUCTION = """# Numbers
 
-Written by `tools/bench --update` and `tools/bench-target --update`; do not edit. **Nothing here was measured on hardware.** Each figure by its
-name: `tests/target/budget.txt` and `tests/bench/accuracy.txt`; tests fail where one grows.
-
-- Instructions were counted by QEMU, exactly and from the call to the return, in code from gcc 12 at -O2. Code size and flash are at -Os.
-- A tick has two sections and no breakaway table unless stated.
-- The worst-case tick is searched for over 60 s of `triangle` and 20 s of random, limiting and bad inputs. It is the worst found, not proven.
-- Modules are counted alone, with what they call, over `triangle`. Their code is that of the step function without what it calls.
-- Stack was measured by painting it.
-- Results are the same bits on every target, so the host's errors hold there as well.
+`tools/bench --update` and `tools/bench-target --update` write this page; tests fail where a figure grows. **Nothing here has run on a real drive.** Instructions were
+counted exactly by QEMU, from the call to the return, in code from gcc 12 at -O2. Code size and flash are at -Os. Stack was measured by painting it. A tick has two
+sections and no breakaway table unless stated. The worst tick is the worst found in 60 s of `triangle` and 20 s of random, limiting and bad inputs; it is not
+proven. Results are the same bits on every target. `tests/bench/numbers_md.py --all` prints the parts of a tick and all eight processors: M0 is as M0+. In
+float32 M7, M33 and RV32IMAFC are close to M4F; in Q31 all others but M0 are.
 """
 
 
-def peers(figures):
+def peers(figures, processors):
     rows = []
     for text, peer in PEERS:
-        found = [figures[p].get(f"peer.{peer}.instructions") for p in PROCESSORS]
+        found = [figures[p].get(f"peer.{peer}.instructions") for p in processors]
         if not any(found):
             return ""
-        rows.append([text, *map(number, found), figures[PROCESSORS[0]][f"peer.{peer}.error"]])
-    heading = "## Beside CMSIS-DSP\n\nThe paper's controller, two sections, one sample a call: instructions, and the error's RMS as a fraction of full scale.\n"
+        rows.append([text, *map(number, found), figures[processors[0]][f"peer.{peer}.error"]])
+    heading = "## Next to CMSIS-DSP\n\nThe paper's controller, two sections, one sample a call: instructions, and the error's RMS as a fraction of full scale.\n"
     m4f = figures["cortex-m4f"]
     ratios = [
         f"{int(m4f[f'peer.{ours}.instructions']) / int(m4f[f'peer.{theirs}.instructions']):.2f} of `{theirs}`"
         for ours, theirs in ((PEERS[0][1], PEERS[1][1]), (PEERS[2][1], PEERS[3][1]), (PEERS[2][1], PEERS[4][1]))
     ]
     note = f"On the M4F this is {', '.join(ratios)}: reported, not promised.\n"
-    return f"\n{heading}\n{table('', [*(name_of(p) for p in PROCESSORS), 'error'], rows)}\n{note}"
+    return f"\n{heading}\n{table('', [*(name_of(p) for p in processors), 'error'], rows)}\n{note}"
 
 
 def cycles(figures):
@@ -235,9 +234,9 @@ DRIVE = [
 ]
 
 
-def drive(figures):
+def drive(figures, processors, rows=DRIVE):
     what = "What the firmware does in the timer's interrupt, in RUN with every check on, without a board's converters; bytes at 115,200 baud, both traces every tick. `tests/firmware/drive_cost.c`."
-    return f"\n## The drive's tick\n\n{what}\n\n{costs(figures, DRIVE, {key: f'{name}: ' for key, name in TITLES.items()})}"
+    return f"\n## The drive's tick\n\n{what}\n\n{costs(figures, rows, {key: f'{name}: ' for key, name in TITLES.items()}, processors)}"
 
 
 def small_images(figures):
@@ -254,21 +253,25 @@ def images(figures):
     return f"\n## The drive's image\n\nThe firmware with self-test, state machine and the board's port, at -O2; RAM without the stack.\n\n{table('', ['flash, bytes', 'RAM, bytes'], rows)}"
 
 
-def numbers_md(figures, record):
+def numbers_md(figures, record, whole=False):
+    """With every part of a tick on every processor, if `whole`."""
+    processors = PROCESSORS if whole else SHOWN
     parts = [INTRODUCTION]
-    for title, what, rows, exact in FUNCTIONS:
+    for title, what, rows, exact in FUNCTIONS if whole else FUNCTIONS[:WHOLE_TICKS]:
         titles = {key: f"{name}: " for key, name in TITLES.items()} if "_*" in title else {"f32": ""}
-        parts.append(f"\n## {title}\n\n{what}\n\n{costs(figures, rows, titles)}")
-        if exact:
+        parts.append(f"\n## {title}\n\n{what}\n\n{costs(figures, rows, titles, processors)}")
+        if exact and whole:
             parts.append(f"\n{exactness(record, exact)}")
-    return "".join(parts) + drive(figures) + images(figures) + small_images(figures) + peers(figures) + cycles(figures)
+    if not whole:
+        parts.append(f"\n## Accuracy\n\n{exactness(record, [row for *_, exact in FUNCTIONS for row in exact])}")
+    return "".join(parts) + drive(figures, processors, DRIVE if whole else [DRIVE[0], DRIVE[-1]]) + images(figures) + small_images(figures) + peers(figures, processors) + (cycles(figures) if whole else "")
 
 
 def facts(figures, record):
     m4f = figures["cortex-m4f"]
 
     def worst(processor, arithmetic):
-        return " / ".join(number(figures[processor][f"{arithmetic}.{name}"]) for name in ("worst.without_signals", "worst"))
+        return number(figures[processor][f"{arithmetic}.worst"])
 
     def span(of, arithmetic):
         least, most = (
@@ -285,42 +288,23 @@ def facts(figures, record):
 
     targets = ", ".join(name_of(p) for p in PROCESSORS).replace("M0", "Cortex-M0", 1)
     rows = [
-        [
-            "instructions of the worst tick, the paper's method, without / with signals",
-            f"Cortex-M4F: float32 {worst('cortex-m4f', 'f32')}, Q31 {worst('cortex-m4f', 'q31')}; Q31 on M3 {worst('cortex-m3', 'q31')},"
-            f" M0+ {worst('cortex-m0plus', 'q31')}, RV32IMC {worst('rv32imc', 'q31')}",
-        ],
-        [
-            "the same with the feed-forward, cheapest to worst",
-            f"Cortex-M4F: float32 {span(m4f, 'f32')}, Q31 {span(m4f, 'q31')}; Q31 on RV32IMC {span(figures['rv32imc'], 'q31')}",
-        ],
-        [
-            "RAM and flash of the snippet below, float32",
-            f"{number(m4f['f32.ram.readme'])} bytes of RAM an axis and {number(m4f['f32.flash.readme'])} bytes of flash, its set-up included, on the M4F at"
-            f" -Os; stack of a tick {number(m4f['f32.stack.feedforward'])} bytes",
-        ],
-        [
-            "with params made on the host, float32 / Q31",
-            f"flash {both('flash.fed')} bytes; with the paper's method alone {both('flash.step')} bytes, RAM {both('ram.axis')} bytes an axis and"
-            f" stack of a tick {both('stack.tick')} bytes",
-        ],
-        [
-            "accuracy against double, float32 / Q31",
-            f"friction within {exact('friction.golden')} N, u over the benchmark within {exact('force_loop.u')} N; the same bits on"
-            " every target",
-        ],
-        ["targets", f"{targets}, all emulated; Linux; an image for the STM32F405, never on hardware"],
+        ["instructions of a tick, cheapest to worst", f"float32 {span(m4f, 'f32')}, Q31 {span(m4f, 'q31')}; Q31 on RV32IMC {span(figures['rv32imc'], 'q31')}"],
+        ["the same with the paper's method, worst", f"float32 {worst('cortex-m4f', 'f32')}, Q31 {worst('cortex-m4f', 'q31')}; Q31 on M0+ {worst('cortex-m0plus', 'q31')}"],
+        ["RAM and flash of the C below, float32", f"{number(m4f['f32.ram.readme'])} bytes an axis, {number(m4f['f32.flash.readme'])} bytes with set-up; stack of a tick {number(m4f['f32.stack.feedforward'])} bytes"],
+        ["flash with params made on the host, float32 / Q31", f"{both('flash.fed')} bytes; with the paper's method alone {both('flash.step')} bytes"],
+        ["u over the benchmark against double, float32 / Q31", f"within {exact('force_loop.u')} N; the same bits on every target"],
+        ["targets", f"{targets}, all emulated; Linux; an image for the STM32F405"],
     ]
-    return table("what", ["measured, [all of it](docs/numbers.md)"], rows)
+    return table("what it costs", ["on a Cortex-M4F unless named; [all figures](docs/numbers.md)"], rows)
 
 
-def render():
+def render(whole=False):
     """Text by file."""
     figures = {p: derived(column) if p in PROCESSORS else column for p, column in read_figures().items()}
     record = accuracy.read()
     readme = README.read_text()
     before, after = readme.index(START) + len(START), readme.index(END)
-    return {NUMBERS: numbers_md(figures, record), README: f"{readme[:before]}\n{facts(figures, record)}\n{readme[after:]}"}
+    return {NUMBERS: numbers_md(figures, record, whole), README: f"{readme[:before]}\n{facts(figures, record)}\n{readme[after:]}"}
 
 
 def write():
@@ -329,7 +313,10 @@ def write():
 
 
 def main():
-    if "--check" not in sys.argv:
+    if sys.argv[1:] == ["--all"]:
+        print(render(whole=True)[NUMBERS])
+        return 0
+    if sys.argv[1:] != ["--check"]:
         write()
         return 0
     stale = [path.name for path, text in render().items() if not path.exists() or path.read_text() != text]

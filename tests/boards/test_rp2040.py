@@ -15,6 +15,7 @@ TREE = pathlib.Path(os.environ["TRIBO_TREE"])
 RIG = os.environ["TRIBO_RIG"]
 MODULES = pathlib.Path(os.environ["TRIBO_RP2040JS"])  # the folder of rp2040js
 RUN = pathlib.Path(__file__).with_name("rp2040_run.mjs")
+REGISTERS = [line.split() for line in subprocess.run([os.environ["TRIBO_LINK"], "list"], capture_output=True, text=True, check=True).stdout.splitlines()]
 STOP, FAULT = "5", "6"
 UF2 = (0x0A324655, 0x9E5D5157)
 APPLY, SET_REFUSED = 5, 3
@@ -128,8 +129,7 @@ class Board:
 
 
 def address_of(name):
-    lines = (ROOT / "docs" / "registers.md").read_text().splitlines()
-    return next(int(line.split("|")[2].strip(), 16) for line in lines if line.startswith(f"| `{name}` | 0x"))
+    return next(int(words[1], 16) for words in REGISTERS if words[0] == name)
 
 
 REFERENCE = address_of("reference")

@@ -230,12 +230,6 @@ def test_wrong_words_are_said(drive):
     assert "/dev/no/such/line: No such file or directory" in drive.link("status", status=2)
 
 
-@pytest.mark.parametrize("arithmetic", ["f32"], indirect=True)
-def test_the_document_is_that_of_the_lists(drive):
-    listed = drive.link("list", "--markdown")
-    assert (ROOT / "docs" / "registers.md").read_text() == listed, "cmake --build --preset host-release --target registers-md"
-
-
 def test_the_guard_and_what_is_learned(drive, tmp_path):
     drive.link("params", "set", "compensator.method=feedforward", "compensator.guard.on=true", "compensator.guard.stray_N=0.02")
     assert drive.link("params", "get", "compensator.guard.on", "compensator.guard.stray_N") == \

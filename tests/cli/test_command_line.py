@@ -5,7 +5,7 @@ import pytest
 HINT = " (tribo-sim --help shows what there is)"
 
 MISTAKES = {
-    (): "a command is expected: run, sweep, merge, replay, log, plot, params, fmu or list",
+    (): "a command is expected: run, replay, log, plot, params, fmu or list",
     ("fly",): "unknown command fly",
     ("run",): "run: one scenario is expected, not 0",
     ("run", "a", "b"): "run: one scenario is expected, not 2",
@@ -59,15 +59,13 @@ def test_a_wrong_command_line(sim, arguments):
 @pytest.mark.parametrize("arguments", [("--help",), ("-h",), ("fly", "--help")])
 def test_help_names_every_command_and_exit_status(sim, arguments):
     text = sim.ok(*arguments)
-    for word in ("run", "sweep", "merge", "replay", "log", "plot", "params", "list", "COMMAND --help", "--version", "Exit status"):
+    for word in ("run", "replay", "log", "plot", "params", "list", "COMMAND --help", "--version", "Exit status"):
         assert word in text
     assert "--set" not in text
 
 
 HELP = {
     "run": ("--set", "--learned", "--out", "--json", "--arith", "--target", "Targets: m0"),
-    "sweep": ("--out", "--row", "--shard", "--workers"),
-    "merge": ("--out",),
     "replay": ("--params", "--force", "--plot", "--scale"),
     "log": ("--column", "--unit", "--gap"),
     "plot": ("--out", "--from", "--to", "--name"),

@@ -1,4 +1,4 @@
-"""`list`, and that scenarios/README.md and docs/parameters.md have its tables."""
+"""`list`: scenarios, keys, parameters."""
 
 import os
 import re
@@ -7,7 +7,6 @@ import pytest
 
 from conftest import SCENARIOS
 
-PARAMETERS = SCENARIOS.parents[1] / "docs" / "parameters.md"
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
 
@@ -55,29 +54,21 @@ def test_a_name_is_found_in_the_chosen_folder_and_a_file_goes_first(sim):
     assert "ticks                     4 " in sim.ok("run", "own", env=environment)
 
 
-def test_readme_has_every_key_with_its_range_and_default(sim):
-    readme = (SCENARIOS / "README.md").read_text(encoding="utf-8")
+def test_the_tables_have_every_key_with_its_range_and_default(sim):
     rows = {}
-    for line in readme.splitlines():
+    for line in sim.ok("list", "--markdown").splitlines():
         match = re.match(r"\| `([^`]+)` \| ([^|]*) \| ([^|]*) \| ([^|]*) \| (.*) \|$", line)
         if match:
             rows[match[1]] = match.groups()[1:]
     program = keys(sim)
     assert set(rows) == set(program)
     for key, (kind, allowed, default) in program.items():
-        unit, readme_range, readme_default, meaning = rows[key]
+        unit, table_range, table_default, meaning = rows[key]
         words = {"text": "text", "a list": "list"}.get(kind, allowed if allowed != "-" else kind)
-        assert (key, readme_range, readme_default) == (key, words, default)
+        assert (key, table_range, table_default) == (key, words, default)
         assert len(meaning) > 5
         suffix = re.search(r"_(N|s|Hz|deg|rad_per_s|deg_per_s|N_per_s|N_s2_per_deg|N_s_per_deg|N_per_deg|N_m)$", key)
         assert (unit != "-") == bool(suffix), key
-
-
-@pytest.mark.parametrize(("page", "option"), [(SCENARIOS / "README.md", "--markdown"), (PARAMETERS, "--parameters")])
-def test_tables_in_the_docs_are_current(sim, page, option):
-    """If not: cmake --build --preset host-release --target scenario-readme"""
-    made = re.search(r"<!-- made by [^\n]*\n(.*)<!-- end -->", page.read_text(encoding="utf-8"), re.S)[1]
-    assert made == sim.ok("list", option)
 
 
 def test_parameters_have_the_keys_ranges_and_defaults_of_a_scenario(sim):
@@ -90,9 +81,8 @@ def test_parameters_have_the_keys_ranges_and_defaults_of_a_scenario(sim):
             assert program[key.strip("`")][1:] in ((allowed, default), (allowed, "-")), key
 
 
-def test_readme_says_what_each_truth_model_is(sim):
-    readme = (SCENARIOS / "README.md").read_text(encoding="utf-8")
-    table = re.search(r"\| `plant.model` \| what \|\n\|---\|---\|\n((?:\|.*\n)*)", readme)[1]
+def test_the_tables_say_what_each_truth_model_is(sim):
+    table = re.search(r"\| `plant.model` \| what \|\n\|---\|---\|\n((?:\|.*\n)*)", sim.ok("list", "--markdown"))[1]
     assert re.findall(r"\| `(\w+)` \| .{10,} \|\n", table) == re.split(", | or ", keys(sim)["plant.model"][0])
 
 

@@ -4,14 +4,16 @@
 //
 // A ratio is the RMS of r - F without over that with the feed-forward, after the first third of a run, with the same plant and
 // noise. NAME is a key of compensator.feedforward, or factor: on f, to see what the monitor makes of too much. STUDY is one of:
-// truths, ratios, triangles, waves, steps, across, random, pushes, environment, rest, hold, loads, long, harm, iterative.
+// truths, ratios, triangles, waves, steps, across, random, pushes, environment, rest, hold, loads, long, harm, iterative, rivals.
 
 #include ARITH_HEADER
 
 #include "plant/plant.h"
 #include "plant/random.h"
+#include "rivals.h"
 #include "scenario/config.h"
 #include "tribo/feedforward_f32.h"
+#include "tribo/paper_controller.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -43,7 +45,8 @@ typedef enum
 {
     OFF,
     PAPER,
-    FEEDFORWARD
+    FEEDFORWARD,
+    RIVAL
 } method_t;
 
 typedef struct
@@ -51,14 +54,16 @@ typedef struct
     method_t                       method;
     tribo_feedforward_f32_config_t feedforward;
     double                         factor; // on f: 1 or 2
+    double                         gain;   // times the paper's controller
+    rival_law_t                    rival;
 } options_t;
 
 #define OF_INSIDE(x) TRIBO_EITHER(x, (x) * FULL_SCALE_N / 536870912.0) // a force of the state
 
 static double drift_minutes = 10.0;
 
-static const options_t off   = {.method = OFF};
-static const options_t paper = {.method = PAPER};
+static const options_t off   = {.method = OFF, .gain = 1.0};
+static const options_t paper = {.method = PAPER, .gain = 1.0};
 
 static double triangle(const double of[3], double t)
 {
@@ -122,6 +127,8 @@ typedef struct
     double             environment_n, environment_rad_per_s;
     loop_t             loop;
     guard_t            guard;
+    rival_t            rival;
+    bool               is_rival;
 } rig_t;
 
 static void fail(const char *what)
@@ -134,6 +141,12 @@ static void open_loop(rig_t *rig, const options_t *options)
 {
     tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
     tribo_status_t                status = TRIBO_OK;
+    tribo_biquad_f32_section_t    section[TRIBO_PAPER_CONTROLLER_SECTION_COUNT];
+    memcpy(section, tribo_paper_controller_f32, sizeof section);
+    section[0].b0 *= (float)options->gain;
+    section[0].b1 *= (float)options->gain;
+    section[0].b2 *= (float)options->gain;
+    config.controller.sections = section;
     if (options->method != PAPER)
     {
         config.gain = 0.0f;
@@ -179,6 +192,7 @@ static void open_rig(rig_t *rig, const case_t *x, const options_t *options)
     rig->t                     = 0.0;
     rig->environment_n         = x->environment_n;
     rig->environment_rad_per_s = 2.0 * PI * x->environment_hz;
+    rig->is_rival              = options->method == RIVAL;
     open_loop(rig, options);
     rig->scenario = sim_scenario_create();
     if (rig->scenario == NULL)
@@ -193,6 +207,11 @@ static void open_rig(rig_t *rig, const case_t *x, const options_t *options)
         .actuator_pole_rad_per_s = defaults->plant.actuator_pole_rad_per_s,
         .sensor_pole_rad_per_s   = defaults->sensor.pole_rad_per_s,
         .truth                   = {.friction = defaults->plant.friction, .arm = defaults->plant.arm, .own = rig->own}};
+    const rival_config_t believed = {.offset_n = rig->config.truth.friction.breakaway.offset_n,
+                                     .slope    = rig->config.truth.friction.breakaway.slope,
+                                     .gain     = options->gain,
+                                     .sigma_n  = x->noise_n};
+    rival_open(&rig->rival, options->rival, &believed);
     rig->config.truth.friction.breakaway.offset_n *= x->breakaway;
     rig->config.truth.friction.breakaway.slope *= x->breakaway;
     rig->plant = sim_plant_create(&rig->config, sim_truth_models[x->truth]);
@@ -244,7 +263,8 @@ static void tick_rig(rig_t *rig, const case_t *x, double r)
     sim_plant_signals_t unseen;
     const double        since = rig->t - x->push_s;
     const double        push  = since >= 0.0 && since < x->push_time_s ? x->push_n : 0.0;
-    const double        u     = loop_step_guarded(&rig->loop, &rig->guard, r, reading(rig, x));
+    const double        y     = reading(rig, x);
+    const double u = rig->is_rival ? rival_step(&rig->rival, r, y) : loop_step_guarded(&rig->loop, &rig->guard, r, y);
     for (int i = 0; i < STEPS_A_TICK; i++)
     {
         const double moved = environment_in_front(rig, rig->t + i * rig->config.step_s);
@@ -463,6 +483,22 @@ static void study_across(const options_t *options)
     }
 }
 
+/// A random rig over all truths; `i` of a row of them.
+static case_t random_case(sim_random_t *random, size_t i)
+{
+    case_t x        = benchmark((int)uniform(random, 0.0, SIM_TRUTH_COUNT));
+    x.breakaway     = uniform(random, 0.6, 1.4);
+    x.actuator_gain = uniform(random, 0.95, 1.05);
+    x.noise_n       = fmax(0.0, uniform(random, -1e-3, 1e-3));
+    x.seed          = (int)i;
+    x.reference     = i % 3 == 0 ? sine : triangle;
+    x.of[0]         = uniform(random, 0.1, 0.4);
+    x.of[1]         = x.of[0] + uniform(random, 0.1, 0.4);
+    x.of[2]         = i % 3 == 0 ? uniform(random, 2.0, 20.0) : uniform(random, 0.01, 0.08);
+    x.third_s       = i % 3 == 0 ? 2.0 * x.of[2] : 2.0 * (x.of[1] - x.of[0]) / x.of[2];
+    return x;
+}
+
 /// Random rigs and references over all truths, in two halves with different seeds.
 static void study_random(const options_t *options)
 {
@@ -474,17 +510,8 @@ static void study_random(const options_t *options)
         sim_random_seed(&random, half + 1u);
         for (size_t i = 0; i < count; i++)
         {
-            case_t x        = benchmark((int)uniform(&random, 0.0, SIM_TRUTH_COUNT));
-            x.breakaway     = uniform(&random, 0.6, 1.4);
-            x.actuator_gain = uniform(&random, 0.95, 1.05);
-            x.noise_n       = fmax(0.0, uniform(&random, -1e-3, 1e-3));
-            x.seed          = (int)i;
-            x.reference     = i % 3 == 0 ? sine : triangle;
-            x.of[0]         = uniform(&random, 0.1, 0.4);
-            x.of[1]         = x.of[0] + uniform(&random, 0.1, 0.4);
-            x.of[2]         = i % 3 == 0 ? uniform(&random, 2.0, 20.0) : uniform(&random, 0.01, 0.08);
-            x.third_s       = i % 3 == 0 ? 2.0 * x.of[2] : 2.0 * (x.of[1] - x.of[0]) / x.of[2];
-            ratios[i]       = ratio(&x, options);
+            const case_t x = random_case(&random, i);
+            ratios[i]      = ratio(&x, options);
         }
         print(half == 0u ? "random rigs, tuned on" : "random rigs, held out", ratios, count);
     }
@@ -870,6 +897,94 @@ static void study_iterative(const options_t *unused)
     }
 }
 
+// --- rivals ---------------------------------------------------------------------------------------------------------
+
+/// RMS of r - F in mN with 1 mN of noise over three seeds, of the benchmark.
+static double noisy_mn(const options_t *options)
+{
+    double sum = 0.0;
+    for (int seed = 1; seed <= 3; seed++)
+    {
+        case_t x  = benchmark(SIM_TRUTH_paper);
+        x.noise_n = 1e-3;
+        x.seed    = seed;
+        sum += 1e3 / 3.0 * run(&x, options);
+    }
+    return sum;
+}
+
+/// One row of the table: without compensation is the paper's controller at gain 1, for all.
+static void study_rival(const char *name, const options_t *options)
+{
+    enum
+    {
+        RANDOM = 60
+    };
+    static double quiet[SIM_TRUTH_COUNT];
+    static double random_off[RANDOM];
+    const bool    first = quiet[0] == 0.0;
+    double        ratios[SIM_TRUTH_COUNT];
+    double        rig[RANDOM];
+    double        triangle_mn = 0.0;
+    sim_random_t  random;
+    for (int truth = 0; truth < SIM_TRUTH_COUNT; truth++)
+    {
+        const case_t x = benchmark(truth);
+        quiet[truth]   = first ? run(&x, &off) : quiet[truth];
+        const double e = run(&x, options);
+        ratios[truth]  = quiet[truth] / e;
+        triangle_mn    = truth == SIM_TRUTH_paper ? 1e3 * e : triangle_mn;
+    }
+    sim_random_seed(&random, 5u);
+    for (size_t i = 0; i < RANDOM; i++)
+    {
+        const case_t x = random_case(&random, i);
+        random_off[i]  = first ? run(&x, &off) : random_off[i];
+        rig[i]         = random_off[i] / run(&x, options);
+    }
+    qsort(ratios, SIM_TRUTH_COUNT, sizeof ratios[0], ascending);
+    qsort(rig, RANDOM, sizeof rig[0], ascending);
+    printf("| %-26s | %7.3f | %7.2f | %5.2f | %5.1f | %5.2f | %5.1f |\n",
+           name,
+           triangle_mn,
+           noisy_mn(options),
+           ratios[0],
+           0.5 * (ratios[(SIM_TRUTH_COUNT - 1) / 2] + ratios[SIM_TRUTH_COUNT / 2]),
+           rig[0],
+           0.5 * (rig[RANDOM / 2 - 1] + rig[RANDOM / 2]));
+    (void)fflush(stdout);
+}
+
+/// All beside each other, ratios over the paper's controller without compensation. In Markdown.
+static void study_rivals(const options_t *options)
+{
+    options_t x = *options;
+    char      name[64];
+    printf("| method | triangle, mN | with 1 mN of noise, mN | truths: least | median | random rigs: least | median |\n"
+           "|---|---|---|---|---|---|---|\n");
+    for (int gain = 1; gain <= 4; gain += gain == 1 ? 2 : 1)
+    {
+        static const method_t method[] = {PAPER, FEEDFORWARD};
+        x.gain                         = gain;
+        for (int i = 0; i < 2; i++)
+        {
+            x.method = method[i];
+            (void)snprintf(name, sizeof name, "%s, K x %d", i == 0 ? "paper" : "feed-forward", gain);
+            study_rival(name, &x);
+        }
+        x.method = RIVAL;
+        for (int rival = 0; rival < RIVALS; rival++)
+        {
+            x.rival = (rival_law_t)rival;
+            (void)snprintf(name, sizeof name, "%s, K x %d", rival_names[rival], gain);
+            if (rival != RIVAL_LADRC || gain == 1)
+            {
+                study_rival(name, &x);
+            }
+        }
+    }
+}
+
 /// Takes an argument NAME=VALUE; false for other arguments.
 static bool take(options_t *options, const char *argument)
 {
@@ -939,8 +1054,12 @@ int main(int argc, char **argv)
                          {"drift", study_drift},
                          {"rates", study_rates},
                          {"harm", study_harm},
-                         {"iterative", study_iterative}};
-    options_t options = {.method = FEEDFORWARD, .feedforward = tribo_feedforward_f32_default(), .factor = 1.0};
+                         {"iterative", study_iterative},
+                         {"rivals", study_rivals}};
+    options_t options = {.method      = FEEDFORWARD,
+                         .feedforward = tribo_feedforward_f32_default(),
+                         .factor      = 1.0,
+                         .gain        = 1.0};
     for (int i = 1; i < argc; i++)
     {
         bool known = take(&options, argv[i]);

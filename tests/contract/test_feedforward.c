@@ -498,7 +498,7 @@ static void test_a_flipped_bit_of_what_is_learned_is_forgotten_and_u_goes_on(voi
     tribo_feedforward_learner_t *const learner = &x.memory.state.learner;
     for (uint32_t i = 0; i < 22u; i++)
     {
-        for (unsigned bit = 0; bit < 32u; bit += RUNS(1u, 7u))
+        for (unsigned bit = 0; bit < 32u; bit += RUNS(3u, 7u))
         {
             plant_t arm = plant;
             feedforward_copy(&x, &sound);
@@ -541,7 +541,7 @@ static void test_a_flipped_bit_of_what_the_tick_uses_lasts_10_ticks(void)
     const uint32_t words = sizeof(TRIBO(feedforward, weights_t)) / 4u;
     for (uint32_t i = 0; i < words; i++)
     {
-        for (unsigned bit = 0; bit < 32u; bit += RUNS(1u, 7u))
+        for (unsigned bit = 0; bit < 32u; bit += RUNS(3u, 7u))
         {
             plant_t arm = plant;
             feedforward_copy(&x, &sound);
@@ -569,7 +569,7 @@ static void test_a_flipped_bit_between_tick_and_learner_is_harmless(void)
     const uint32_t words = sizeof(TRIBO(feedforward, exchange_t)) / 4u;
     for (uint32_t i = 0; i < words; i++)
     {
-        for (unsigned bit = 0; bit < 32u; bit += RUNS(1u, 7u))
+        for (unsigned bit = 0; bit < 32u; bit += RUNS(3u, 7u))
         {
             for (int owner = 0; owner < 3; owner++)
             {

@@ -503,14 +503,32 @@ static unsigned swing_ticks(double size_n, unsigned half, bool asked)
     return 5000u;
 }
 
+/// Ticks of swings of one of them, every `half` ticks, until they are a fault; 5000: never. u is at a limit for `limited` of these.
+static unsigned swings_of_one(double u_n, double y_n, unsigned half, unsigned limited)
+{
+    faults_bounds_t bounds;
+    faults_loop_t   state = {0};
+    faults_init(&bounds, &config, params);
+    for (unsigned i = 0; i < 5000u; i++)
+    {
+        const double sign = i / half % 2u == 0u ? 1.0 : -1.0;
+        if (faults_swinging(&bounds, &state, 0, board_force(sign * y_n), board_force(sign * u_n), i % half < limited))
+        {
+            return i;
+        }
+    }
+    return 5000u;
+}
+
 static void test_a_force_that_swings_to_and_fro_stops_within_a_second(void)
 {
     TEST_ASSERT_LESS_THAN_UINT(1000u, swing_ticks(1.2, 100, false));
     TEST_ASSERT_LESS_THAN_UINT(1000u, swing_ticks(1.2, 37, false));
     TEST_ASSERT_LESS_THAN_UINT(1000u, swing_ticks(-0.5, 50, false));
     TEST_ASSERT_LESS_THAN_UINT(1000u, swing_ticks(0.25, 20, false));
-    TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(0.5, 1000, false)); // slow
-    TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(0.02, 5, false));   // small
+    TEST_ASSERT_LESS_THAN_UINT(1000u, swing_ticks(1.2, 500, false)); // with u at its limits
+    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.0, 0.5, 1000, 0)); // slow
+    TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(0.02, 5, false));      // small
     TEST_ASSERT_LESS_THAN_UINT(1000u, swing_ticks(1.0, 50, false));
     reference_n = 0.5;
     check_latched_until_acknowledged(DRIVE_FAULT_SWING);
@@ -525,28 +543,21 @@ static void test_what_r_asks_for_is_no_swing(void)
     TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(1.2, 37, false));
 }
 
-/// Ticks of swings of one of them, every 20 ticks, until they are a fault; 5000: never.
-static unsigned swings_of_one(double u_n, double y_n)
-{
-    faults_bounds_t bounds;
-    faults_loop_t   state = {0};
-    faults_init(&bounds, &config, params);
-    for (unsigned i = 0; i < 5000u; i++)
-    {
-        const double sign = i / 20u % 2u == 0u ? 1.0 : -1.0;
-        if (faults_swinging(&bounds, &state, 0, board_force(sign * y_n), board_force(sign * u_n)))
-        {
-            return i;
-        }
-    }
-    return 5000u;
-}
-
 static void test_swings_of_u_and_of_y_are_each_a_fault(void)
 {
-    TEST_ASSERT_LESS_THAN_UINT(1000u, swings_of_one(1.0, 0.0));
-    TEST_ASSERT_LESS_THAN_UINT(1000u, swings_of_one(0.0, 0.3));
-    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.3, 0.1));
+    TEST_ASSERT_LESS_THAN_UINT(1000u, swings_of_one(1.0, 0.0, 20, 0));
+    TEST_ASSERT_LESS_THAN_UINT(1000u, swings_of_one(0.0, 0.3, 20, 0));
+    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.3, 0.1, 20, 0));
+    TEST_ASSERT_LESS_THAN_UINT(1010u, swings_of_one(0.0, 1.2, 500, 0)); // the swing that has not turned yet counts
+}
+
+static void test_slow_swings_stop_once_u_is_at_its_limits_for_half_of_the_time(void)
+{
+    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.0, 0.9, 500, 0));
+    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.0, 0.9, 500, 10));
+    TEST_ASSERT_LESS_THAN_UINT(1000u, swings_of_one(0.0, 0.9, 500, 250));
+    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.0, 0.1, 500, 500)); // no swing: that is the command's limit
+    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.0, 0.9, 5000, 5000));
 }
 
 /// What r asked for is forgotten in 4 s: a loop that swings later is found as fast as ever.
@@ -587,7 +598,8 @@ static double seconds_of(bool of_u, double size, double times, uint32_t period_u
     {
         const double phase = fmod(1e-6 * period_us * i * times, 1.0);
         const double x     = size * (phase < 0.5 ? phase : 1.0 - phase) * 2.0 - 0.25;
-        if (faults_swing(&bounds, swings, &turns, board_force(x * range_n), 0))
+        faults_swing(&bounds, swings, &turns, board_force(x * range_n), 0, false);
+        if (turns.level > bounds.swing_ticks)
         {
             return 1e-6 * period_us * i;
         }
@@ -720,6 +732,34 @@ static void test_a_bound_on_speed_needs_a_position(void)
     TEST_ASSERT_FALSE(drive_setup_init(&setup, &config, params, &board.port, &error));
     TEST_ASSERT_EQUAL_STRING("speed_max_units_per_s", drive_config_name(error.field));
     TEST_ASSERT_TRUE(error.value == 1.0f && error.low == 0.0f && error.high == 0.0f);
+}
+
+/// Beyond the end of its scale.
+static void check_no_level(float *level, const char *name, float value, float high)
+{
+    drive_config_error_t error;
+    const float          before = *level;
+    *level                      = value;
+    TEST_ASSERT_FALSE(drive_setup_init(&setup, &config, params, &board.port, &error));
+    TEST_ASSERT_EQUAL_STRING(name, drive_config_name(error.field));
+    TEST_ASSERT_EQUAL_FLOAT(value, error.value);
+    TEST_ASSERT_EQUAL_FLOAT(high, error.high);
+    *level = error.high; // what the refusal says is taken
+    TEST_ASSERT_TRUE(drive_setup_init(&setup, &config, params, &board.port, &error));
+    *level = before;
+}
+
+static void test_a_level_that_nothing_can_pass_is_refused(void)
+{
+    board.port.measures |= PORT_MEASURES_POSITION;
+    config.speed_ms = 10000;
+    check_no_level(&config.speed_max_units_per_s, "speed_max_units_per_s", 1e9f, 2147483520.0f / 10.0f);
+    if (TRIBO_IS_Q31)
+    {
+        check_no_level(&config.residual_n, "residual_n", 1.01f * config.full_scale_n, config.full_scale_n);
+        check_no_level(&config.tracking_n, "tracking_n", 1e6f, config.full_scale_n);
+        check_no_level(&config.tare_max_n, "tare_max_n", 1.01f * config.full_scale_n, config.full_scale_n);
+    }
 }
 
 // --- debounce ------------------------------------------------------------------------------------------------------
@@ -1254,12 +1294,14 @@ int main(void)
     RUN_TEST(test_a_force_that_swings_to_and_fro_stops_within_a_second);
     RUN_TEST(test_what_r_asks_for_is_no_swing);
     RUN_TEST(test_swings_of_u_and_of_y_are_each_a_fault);
+    RUN_TEST(test_slow_swings_stop_once_u_is_at_its_limits_for_half_of_the_time);
     RUN_TEST(test_moves_of_long_ago_allow_no_swing);
     RUN_TEST(test_swings_fill_their_level_by_size_at_any_rate_and_range);
     RUN_TEST(test_an_arm_that_is_too_fast_stops_in_both_directions_and_where_its_position_wraps);
     RUN_TEST(test_a_restart_is_no_way_around_the_speed);
     RUN_TEST(test_a_jump_of_the_arm_stops_at_once);
     RUN_TEST(test_a_bound_on_speed_needs_a_position);
+    RUN_TEST(test_a_level_that_nothing_can_pass_is_refused);
     RUN_TEST(test_n_bad_readings_of_m_stop);
     RUN_TEST(test_readings_that_the_debounce_leaves_out_stop_if_they_are_many);
     RUN_TEST(test_more_bad_readings_than_ticks_are_refused);

@@ -243,7 +243,7 @@ static void test_every_word_of_both_sets_has_its_register(void)
                                  {REGISTERS_SECTIONS_AT, 20},
                                  {REGISTERS_TABLE_AT, 96}};
     const params_set_t before = registers.active->set;
-    uint32_t           word   = 0x01020304u;
+    uint32_t           word   = 0x3a020304u; // as a float a number that can be meant
     for (size_t i = 0; i < sizeof blocks / sizeof blocks[0]; i++)
     {
         for (uint32_t k = 0; k < blocks[i].words; k++)
@@ -251,14 +251,14 @@ static void test_every_word_of_both_sets_has_its_register(void)
             write_word(REGISTERS_STAGED_AT + blocks[i].at + 2u * k, word++);
         }
     }
-    TEST_ASSERT_EQUAL_UINT32(0x01020304u + PARAMS_WORDS, word);
+    TEST_ASSERT_EQUAL_UINT32(0x3a020304u + PARAMS_WORDS, word);
     uint32_t words[PARAMS_WORDS];
     memcpy(words, &registers.staged, sizeof words);
     for (uint32_t i = 0; i < PARAMS_WORDS; i++)
     {
-        TEST_ASSERT_EQUAL_HEX32(0x01020304u + i, words[i]);
+        TEST_ASSERT_EQUAL_HEX32(0x3a020304u + i, words[i]);
     }
-    TEST_ASSERT_EQUAL_HEX32(0x01020304u, read_word(REGISTERS_STAGED_AT));
+    TEST_ASSERT_EQUAL_HEX32(0x3a020304u, read_word(REGISTERS_STAGED_AT));
     TEST_ASSERT_EQUAL_MEMORY(&before, &registers.active->set, sizeof before);
     uint32_t active = 0;
     for (size_t i = 0; i < sizeof blocks / sizeof blocks[0]; i++)
@@ -329,7 +329,7 @@ static void check_ends(const char *name, uint32_t address, float low, float high
 {
     const float above = 1.5f;
     check_number_refused(name, address, high > 0.0f ? high * above : 1.0f, low, high);
-    check_number_refused(name, address, low < 0.0f ? low * above : low / 2.0f - 1e-20f, low, high);
+    check_number_refused(name, address, low < 0.0f ? low * above : low / 2.0f - 1e-14f, low, high);
     check_number_refused(name, address, NAN, low, high);
 }
 
@@ -1412,9 +1412,10 @@ static void test_a_trace_is_read_while_the_drive_runs(void)
     TEST_ASSERT_EQUAL_UINT32(TRACE_STOPPED, STATE_OF(trace_state));
 }
 
-/// 0.5 N, 1.23 N and 500 mN by masters of other orders: the low word first, all bytes reversed, an integer.
+/// 0.5 N, 1.23 N, 500 mN and 0.3 N by masters of other orders: the low word first, all bytes reversed, an integer. The last two are
+/// normal numbers: -1.6e-23 and 9.6e-13.
 static const uint32_t unmeant[] =
-    {0x00003f00u, 0x0000003fu, 0x00003e80u, 500u, 1u, 0x007fffffu, 0x807fffffu, 0x80000001u};
+    {0x00003f00u, 0x0000003fu, 0x00003e80u, 500u, 1u, 0x007fffffu, 0x807fffffu, 0x80000001u, 0x999a3e99u, 0x2b87ce00u};
 
 static void test_a_reference_that_nobody_can_mean_is_refused(void)
 {
@@ -1430,8 +1431,29 @@ static void test_a_reference_that_nobody_can_mean_is_refused(void)
     write_word(REQUEST_AT(reference), 0x80000000u); // -0 is 0
     tick();
     TEST_ASSERT_EQUAL_HEX32(0, read_word(REQUEST_AT(reference)));
-    write_word(REQUEST_AT(reference), 0x00800000u); // the smallest normal number
-    write_word(REQUEST_AT(decimation), 1u);         // a whole number
+    write_number(REQUEST_AT(reference), -1.001e-9f);
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_word(REQUEST_AT(reference), 0x3089705eu)); // 0.999e-9
+    write_word(REQUEST_AT(decimation), 1u);                                                    // a whole number
+}
+
+/// Each force of three digits from 1 mN up to what is credible, with its words in the other order.
+static void test_words_in_another_order_are_mostly_refused(void)
+{
+    unsigned forces = 0, taken = 0;
+    start();
+    for (double unit = 1e-5; unit < 1.0; unit *= 10.0)
+    {
+        for (int digits = 100; digits < 1000 && digits * unit <= 2.0; digits++)
+        {
+            uint32_t    word;
+            const float force = (float)(digits * unit);
+            memcpy(&word, &force, sizeof word);
+            forces++;
+            taken += try_word(REQUEST_AT(reference), word << 16 | word >> 16) == MODBUS_OK;
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT(2801, forces);
+    TEST_ASSERT_LESS_THAN_UINT(forces / 8u, taken);
 }
 
 static bool has_same_words(const params_set_t *a, const params_set_t *b)
@@ -1566,6 +1588,7 @@ int main(void)
     RUN_TEST(test_half_a_register_is_neither_written_nor_half_a_frame);
     RUN_TEST(test_a_reference_beyond_what_is_credible_is_refused);
     RUN_TEST(test_a_reference_that_nobody_can_mean_is_refused);
+    RUN_TEST(test_words_in_another_order_are_mostly_refused);
     RUN_TEST(test_a_param_that_nobody_can_mean_is_refused);
     RUN_TEST(test_a_set_with_a_number_that_nobody_can_mean_is_refused);
     RUN_TEST(test_a_silent_bus_is_the_fault_of_the_reference);

@@ -4,6 +4,10 @@
     tests/golden/feedforward.py            writes feedforward_*.csv beside it
     tests/golden/feedforward.py --check    compares them with what it would write
 
+Given in a tick: `event` (1 restart, 2 entered from another method with the term `entry`, 3 changed params, 4 reset, 5 restore, 6 V_0 = `entry`,
+7 changed to the other params, 8 b = `entry`), the guard's `share`, `r`, `y`, the controller's output `v`, `u` and `limited`. Expected: the step's
+numbers by the page's names, and after the tick what is learned. `nan`: not computed in that tick.
+
 Inputs are rounded so that single precision and Q31 hold them exactly, and a scenario is refused if one of its decisions is so close
 that rounding could turn it: what is left to differ is arithmetic.
 """

@@ -56,8 +56,15 @@ class Drive:
             names, *rows = csv.reader(file)
         return {name: [float(row[i]) for row in rows] for i, name in enumerate(names)}, run.stderr
 
+    @contextlib.contextmanager
     def start(self, *arguments):
-        return subprocess.Popen([self.program, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        """It ends with the block, by itself or, where the test has failed, killed."""
+        with subprocess.Popen([self.program, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+            try:
+                yield run
+            except BaseException:
+                run.kill()
+                raise
 
     def until(self, has_happened, what):
         until(has_happened, what)

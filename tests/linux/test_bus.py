@@ -6,6 +6,7 @@ import fcntl
 import os
 import pathlib
 import socket
+import struct
 import subprocess
 import time
 
@@ -198,6 +199,21 @@ def test_a_reference_of_the_command_line(serve):
     assert "reference: not taken; a drive that was started with --reference takes none of the bus" in message
     served.pass_ticks(100)
     assert served.value("r_N") == 0.25
+
+
+def swapped(number):
+    """A master that has the low word first."""
+    high, low = struct.unpack(">HH", struct.pack(">f", number))
+    return struct.unpack(">f", struct.pack(">HH", low, high))[0]
+
+
+def test_a_reference_and_a_param_that_nobody_means_are_refused_with_their_cause(serve):
+    served = serve()
+    for value in (f"{swapped(0.3):.9g}", f"{swapped(0.5):.9g}", "9e-10", "1e-400"):
+        assert f"reference {value}: too small to be meant: 0, or at least 1e-09 in size" in served.link("reference", "--", value, status=2)
+    assert "compensator.gain=1e-20: too small to be meant: 0, or at least 1e-15 in size" in served.link("params", "set", "compensator.gain=1e-20", status=2)
+    assert "controller.sections[0].b2=2e-41: too small to be meant: 0, or at least 1e-20 in size" in \
+        served.link("params", "set", "controller.sections[0].b2=2e-41", status=2)
 
 
 def test_a_reference_that_is_not_renewed(serve):

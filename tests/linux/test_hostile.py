@@ -1,4 +1,4 @@
-"""A client that knows docs/registers.md and means no good, over TCP: it keeps the line, sends what no register is, and writes what may
+"""A client that knows every register (tribo-link list --markdown) and means no good, over TCP: it keeps the line, sends what no register is, and writes what may
 not be written. The drive must go on, answer others, and keep what protects."""
 
 import contextlib
@@ -17,7 +17,7 @@ import pytest
 from conftest import CLOCK_RIG, until
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-REGISTERS = (ROOT / "docs" / "registers.md").read_text()
+REGISTERS = subprocess.run([os.environ["TRIBO_LINK"], "list", "--markdown"], capture_output=True, text=True, check=True).stdout
 ADDRESSES = {name: int(address, 16) for name, address in re.findall(r"^\| `([^`]+)` \| (0x[0-9a-f]{4}) \|", REGISTERS, re.M)}
 KEY = int(re.search(r"write (0x[0-9a-f]{8}) to `unlock`", REGISTERS).group(1), 16)
 START, STOP, ACKNOWLEDGE, APPLY, REVERT, DEFAULTS, SAVE, TRACE, TRACE_STOP = 1, 2, 3, 5, 6, 7, 8, 9, 10
@@ -231,7 +231,7 @@ def test_what_is_no_modbus_ends_the_connection(target, head):
 # --- what it asks for ------------------------------------------------------------------------------------------------
 
 def test_what_is_no_register_is_refused(target):
-    """Every address that docs/registers.md does not name, one by one; and those that it does are there."""
+    """Every address that the list of registers does not name, one by one; and those that it does are there."""
     named = {address + half for address in ADDRESSES.values() for half in (0, 1)}
     with Client(target().port) as client:
         for name, address in ADDRESSES.items():

@@ -80,6 +80,15 @@ def test_mbpoll_does_on_the_demo_what_the_page_says(demo):
         demo.link("stop")
 
 
+def test_an_assistant_can_do_on_the_demo_what_its_page_says(demo):
+    page = (ROOT / "AGENTS.md").read_text(encoding="utf-8")
+    lines = [line.split("#")[0].split()[1:] for line in page.splitlines() if line.startswith("    tribo-link ")]
+    assert ["stop"] in lines and ["status", "--json"] in lines and len(lines) > 5
+    said = {" ".join(line): demo.link(*line) for line in lines}
+    named = re.findall(r"`(\w+)`", page.split("| in `status --json` |")[1].split("## What not to do")[0])
+    assert {"state_text", "fault_text", "warnings", "refused_register"} <= set(json.loads(said["status --json"])) & set(named)
+
+
 def test_the_demo_can_be_typed_along_and_leaves_nothing(tmp_path):
     demo = Demo(tmp_path)
     commands = [line.strip().split("#")[0].split() for line in demo.text().splitlines() if line.startswith("    ")]

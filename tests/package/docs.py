@@ -13,7 +13,7 @@ LONG_TABLE = 15
 PROSE_AFTER = 60  # words: a caption, not a page
 PAGES = sorted(page for page in ROOT.rglob("*.md")
                if not any(part == "build" or part.startswith(".") for part in page.relative_to(ROOT).parts))
-GENERATED = {"numbers.md", "registers.md", "reproduction.md"}
+GENERATED = {"numbers.md"}
 SPECIFICATIONS = {"feedforward.md"}  # define their symbols before they use them
 
 

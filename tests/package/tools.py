@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 TOOLS = pathlib.Path(sys.argv[1])
-INSTALLED_AS = {"demo-drive": "tribo-demo-drive", "sweep-report": "tribo-sweep-report"}
+INSTALLED_AS = {"demo-drive": "tribo-demo-drive"}
 # These make their Python environment first; tests/python/wheel.py has them as they are installed.
 WITH_ENVIRONMENT = {"tribo-identify", "tribo-rig"}
 

@@ -16,7 +16,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(sys.executable).parent
 PAGES = sorted(subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split())
-BEGINS = re.compile(r"(?:sudo |[A-Z_]+=\S+ )*(?:tribo-[a-z]+ |tribo-link$|(?:tools|build|tests)/[\w./-]+|cmake |pip |mbpoll |west |\./\w|mkdir |cp |alias )")
+BEGINS = re.compile(r"(?:sudo |[A-Z_]+=\S+ )*(?:tribo-[a-z]+ |tribo-link$|(?:tools|build|tests)/[\w./-]+|cmake |pip |mbpoll |west |\./\w|mkdir |cp |cc |python |alias )")
 PATIENCE_S = 900
 
 HARDWARE, OTHERS = "needs hardware", "needs programs of others"
@@ -35,10 +35,9 @@ REASONS = [
     (".*", r"[^#]*--target (m0|m3|m4f|m7|rv32|serial|NAME)", "needs an emulator or a board; tests/lock_step"),
     ("examples/.*", r"\./force.py", HARDWARE + "; tests/examples plays it on stand-ins"),
     ("docs/your-rig.md", "", ELSEWHERE + "tests/rig"),
-    ("docs/reproduction.md", "", "written by tools/reproduce, which plays them"),
+    ("research/reproduction.md", "", "written by tools/reproduce, which plays them"),
     ("tests/mutation/README.md", "", "hours; by hand"),
-    ("CONTRIBUTING.md", "", ELSEWHERE + "tests/package/contributing.py"),
-    (".*", r"(\S*/python )?(tools/bench|tools/sweep-report|tools/findings|tools/reproduce|tools/reference|tests/\w+/study|tests/\w+/foreign_study|tests/\w+/second_solver)",
+    (".*", r"(\S*/python )?(tools/bench|tools/findings|tools/reproduce|tools/reference|tests/\w+/study|tests/\w+/foreign_study|tests/\w+/second_solver)",
      "a study: minutes to hours, by hand"),
     (".*", "build/host-release/tests/", "a study: minutes to hours, by hand"),
     (".*", "build/demo/", "what tools/demo has built; tools/check plays tools/demo"),
@@ -46,6 +45,7 @@ REASONS = [
     (".*", "tools/tribo-fmu|tribo-sim fmu|tribo-fmu", ELSEWHERE + "tests/fmu"),
     (".*", "tools/packages", ELSEWHERE + "tests/examples/test_packages.py"),
     ("docs/linux.md", "tribo-drive ", HARDWARE),
+    ("AGENTS.md", "tribo-link ", ELSEWHERE + "tests/linux/test_live.py, against a drive"),
     (".*", "tribo-link (-d|--device) /dev", HARDWARE),
     ("docs/linux.md", "tribo-desk rig.yaml --duration 600", ELSEWHERE + "tests/linux"),
     ("docs/linux.md", r"tribo-link (watch|serve)", "goes on until Ctrl-C; tests/linux plays it"),
@@ -54,13 +54,13 @@ REASONS = [
     ("docs/identification.md", r"tools/tribo-identify (accept friction/loop.yaml --off|actuator)", "needs logs of a rig; tests/identify has some"),
     ("tools/design/README.md", "tribo-design identify-plant STEP.csv", "the page plays it with its own record, further down"),
     ("tools/design/README.md", "cp build/paper", "writes into the tree; tests/design/test_paper.py holds that it would change nothing"),
-    ("docs/playground.md", "tribo-sim run playground.yaml", "the page in a browser writes the file; tests/playground"),
-    ("docs/sweep.md", "tribo-sim merge", ELSEWHERE + "tests/cli/test_sweep.py"),
+    ("docs/tools.md", "tribo-sim run playground.yaml", "the page in a browser writes the file; tests/playground"),
     ("examples/(bare/)?README.md", "tribo-sim params", ELSEWHERE + "tests/examples"),
     ("firmware/README.md", "tribo-link", ELSEWHERE + "tests/linux, against a drive"),
-    ("docs/plots.md", "tribo-sim plot (fault.csv|sweep_dir)", "needs a drive's or a study's files; tests/plot"),
-    ("docs/plots.md", r"tribo-sim plot .*\.html$", "needs uPlot (tools/setup plot); tests/plot"),
-    ("docs/plots.md", "TRIBO_PYTHON=", ELSEWHERE + "tests/python/test_mcap.py"),
+    ("docs/tools.md", "tribo-sim plot fault.csv", "needs a drive's files; tests/plot"),
+    ("docs/tools.md", "tribo-plot sweep_dir", "needs a sweep's files; tests/python"),
+    ("docs/tools.md", r"tribo-sim plot .*\.html$", "needs uPlot (tools/setup plot); tests/plot"),
+    ("docs/tools.md", "TRIBO_PYTHON=", ELSEWHERE + "tests/python/test_mcap.py"),
 ]
 
 
@@ -81,7 +81,21 @@ def logs(folder):
         shutil.copy(ROOT / "host_sim/scenarios/triangle.yaml", folder / name)
 
 
-GIVEN = {"tools/design/README.md": design, "docs/identification.md": logs, "docs/plots.md": logs, "docs/replay.md": logs, "docs/integration.md": logs, "docs/linux.md": logs,
+def experiment(folder):
+    """A log that friction can be identified from."""
+    plan = [BIN / "tribo-identify", "plan", "--low", "0", "--high", "0.9", "--noise", "0.001", "--out", folder / "plan"]
+    subprocess.run(plan, check=True, capture_output=True)
+    subprocess.run([os.environ["TRIBO_SIM"], "run", folder / "plan/plan.yaml", "--out", folder / "kept"], check=True, capture_output=True)
+    shutil.copy(folder / "kept/trace.csv", folder / "log.csv")
+
+
+def study(folder):
+    """The study that the page shows."""
+    page = (ROOT / "docs/sweep.md").read_text(encoding="utf-8")
+    (folder / "study.yaml").write_text(re.search(r"(?:^    .*\n)+", page, re.M)[0].replace("\n    ", "\n").removeprefix("    "), encoding="utf-8")
+
+
+GIVEN = {"docs/sweep.md": study, "AGENTS.md": experiment, "tools/design/README.md": design, "docs/identification.md": logs, "docs/tools.md": logs, "docs/integration.md": logs, "docs/linux.md": logs,
          "host_sim/scenarios/README.md": logs}
 
 
@@ -130,11 +144,11 @@ PLAYED = {page: rows for page in PAGES if (rows := [(number, command) for number
 def test_each_reason_is_of_a_command():
     unused = [(pages, begin) for pages, begin, _ in REASONS
               if not any(re.fullmatch(pages, page) and re.match(begin, command) for page in PAGES for _, command in commands_of(page))]
-    assert not [row for row in unused if row[0] not in ("CHANGELOG.md", "CONTRIBUTING.md", "docs/reproduction.md")]
+    assert not [row for row in unused if row[0] not in ("CHANGELOG.md", "research/reproduction.md")]
 
 
 def test_the_pages_have_their_commands():
-    assert {"tools/design/README.md", "docs/identification.md", "docs/plots.md", "docs/replay.md", "host_sim/scenarios/README.md"} <= set(PLAYED)
+    assert {"AGENTS.md", "README.md", "docs/control-engineer.md", "docs/firmware-engineer.md", "docs/roboticist.md", "tools/design/README.md", "docs/identification.md", "docs/tools.md", "host_sim/scenarios/README.md"} <= set(PLAYED)
     design_page = [command for _, command in PLAYED["tools/design/README.md"]]
     assert [command for command in design_page if "example_rig" in command] == [
         "tribo-design tune example_rig.yaml", "tribo-sim run example_rig.yaml", "tribo-sim params example_rig.yaml --arith q31 --out example_rig.h"]
@@ -148,10 +162,13 @@ def make_folder(folder):
     (folder / "build").mkdir()
     programs = folder / ".programs"
     programs.mkdir()
-    found = {"tribo-sim": os.environ["TRIBO_SIM"], "tribo-link": os.environ["TRIBO_LINK"]} | {path.name: path for path in BIN.glob("tribo-*")} | {
+    found = {path.name: path for path in BIN.glob("tribo-*")} | {
         "tribo-sim": os.environ["TRIBO_SIM"], "tribo-link": os.environ["TRIBO_LINK"]}
     for name, path in found.items():
         (programs / name).symlink_to(path)
+    python = programs / "python"  # no link: it would not know its environment
+    python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n', encoding="utf-8")
+    python.chmod(0o755)
     return programs
 
 

@@ -98,7 +98,7 @@ def test_what_cannot_be_read_is_named(tmp_path, text, message):
 
 
 def test_a_folder_without_a_run_is_named(tmp_path):
-    with pytest.raises(PlotError, match="neither the trace.csv of a run nor the rows.csv"):
+    with pytest.raises(PlotError, match="neither the trace.csv of a run nor the rows.parquet"):
         read(tmp_path)
 
 

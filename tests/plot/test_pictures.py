@@ -57,19 +57,12 @@ def test_replay_draws_with_its_reference_and_a_gap_between_logs(runs, tmp_path):
 
 
 @DRAWS
-def test_a_sweep_is_drawn_alone(runs, tmp_path):
-    (tmp_path / "s.yaml").write_text(
-        "scenario: triangle\nruns: 12\nset: {duration_s: 1, metrics.start_s: 0}\nwithout: {compensator.method: \"off\"}\n"
-        "sample: {breakaway: {keys: plant.friction.breakaway.slope, relative: true, uniform: [0.5, 1.5]}, plant.model: [paper, dahl]}\n",
-        encoding="ascii",
-    )
-    done(sim("sweep", "s.yaml", "--out", "o", cwd=tmp_path))
-    done(sim("plot", "o", "--out", "s.svg", cwd=tmp_path))
-    result = sim("plot", "o", runs / "off", "--out", "t.svg", cwd=tmp_path)
-    assert result.returncode == 1 and "a sweep is drawn alone" in result.stderr and not (tmp_path / "t.svg").exists()
-    if CACHE.is_dir():
-        done(sim("plot", "o/rows.csv", "--out", "s.html", cwd=tmp_path))
-        assert "× the scenario's" in (tmp_path / "s.html").read_text(encoding="utf-8")
+def test_a_sweep_without_pandas_says_so(tmp_path):
+    """The frame of tribo.sweep is read by an environment that has pandas; tests/python draws one there."""
+    (tmp_path / "pandas.py").write_text("raise ImportError\n", encoding="ascii")
+    (tmp_path / "rows.parquet").write_bytes(b"PAR1")
+    result = sim("plot", ".", "--out", "s.svg", cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    assert result.returncode == 1 and "which read rows.parquet: `pip install tribo[sweep]`" in result.stderr and not (tmp_path / "s.svg").exists()
 
 
 @DRAWS

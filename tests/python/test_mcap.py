@@ -49,6 +49,6 @@ def test_a_time_before_0_and_a_sweep_are_refused(folder):
     early = plot(folder / "early.csv", "--out", folder / "early.mcap")
     assert early.returncode == 1 and "t_s is -0.001 s" in early.stderr and not list(folder.glob("*early.*mcap"))
     (folder / "sweep").mkdir()
-    (folder / "sweep/rows.csv").write_text("row\n")
+    (folder / "sweep/rows.parquet").write_bytes(b"PAR1")
     sweep = plot(folder / "sweep", "--out", folder / "sweep.mcap")
     assert sweep.returncode == 1 and "no rows over time" in sweep.stderr

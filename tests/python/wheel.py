@@ -53,7 +53,7 @@ with tempfile.TemporaryDirectory() as folder:
     error = said(tools / "python", "-c", PLAY, ROOT, cwd=folder).strip()
     assert error in said(tools / "tribo-sim", "run", "triangle", "--set", "compensator.gain=0.9", cwd=folder), error
     programs = sorted(tools.glob("tribo-*"))
-    assert {"tribo-design", "tribo-fmu", "tribo-identify", "tribo-plot", "tribo-rig", "tribo-sim", "tribo-sweep-report"} <= {path.name for path in programs}
+    assert {"tribo-design", "tribo-fmu", "tribo-identify", "tribo-plot", "tribo-rig", "tribo-sim", "tribo-sweep"} <= {path.name for path in programs}
     for program in programs:
         man_page.check(program, folder / f"own/share/man/man1/{program.name}.1")
         assert re.fullmatch(rf"{program.name} \d+\.\d+\.\d+\n", said(program, "--version", cwd=folder)), program

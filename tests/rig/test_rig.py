@@ -86,7 +86,7 @@ def check(w):
     assert w.beyond <= 1.0
     assert w.factor > 2.0
     assert abs(w.off_by("off")) < 0.05
-    assert "friction falls" not in w.said and "L+ = L- is assumed" in w.said
+    assert "friction falls" not in w.said and "the same friction both ways (L+ = L-)" in w.said
 
 
 def test_a_foreign_rig_goes_the_whole_way(whole_way):
@@ -148,8 +148,8 @@ def test_what_cannot_be_told_from_the_command_is_said(uneven, tmp_path):
     for name in ("rig.yaml", "1-ramp-log.csv", "2-slides-log.csv"):
         (tmp_path / name).write_text((uneven[1] / name).read_text().replace(COMMAND, ""))
     code, said = way.call(tmp_path)
-    assert code == 0 and "L+ = L- is assumed, as at forces of one sign no log tells" in said, said
-    force, *L = (float(re.search(text, said)[1]) for text in (r"N at (\S+) N once it slides", r"L\+ is (\S+) N and L-", r"N and L- (\S+) N: then say known"))
+    assert code == 0 and "assumed: the same friction both ways (L+ = L-). Pushing one way only" in said, said
+    force, *L = (float(re.search(text, said)[1]) for text in (r"N at (\S+) N once it slides", r"L\+ is (\S+) N and L-", r"N and L- (\S+) N: then write known"))
     assert L == pytest.approx(each_way(UNEVEN, force, UNEVEN.sliding), rel=0.03)
     mean = float(re.search(r"friction: (\S+) N at", said)[1])
     found = json.loads((tmp_path / "result/verdict.json").read_text())

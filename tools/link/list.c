@@ -25,6 +25,9 @@ static link_row_t *add(const char  *name,
     row->is_float = is_float;
     row->unit     = unit[0] != '-' ? unit : "";
     row->text     = text;
+    row->least    = (double)(group != LINK_PARAM                                     ? PARAMS_LEAST_N
+                             : address < REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT ? params_least(0)
+                                                                                     : params_least(PARAMS_SECTIONS_AT));
     return row;
 }
 
@@ -321,35 +324,43 @@ static void print_words(void)
 void link_print_markdown(void)
 {
     (void)printf(
-        "# Registers\n\nMade by `tribo-link list --markdown`: change firmware/app/registers.h, params.h or config.h, "
-        "not this "
-        "file. Version %u.\n\n"
-        "Modbus RTU, 115200 8N1, functions 3, 6, 16 and 23. All registers but the command are of 32 bits: two Modbus "
-        "registers, the high\none first, at the address given and the next; a write must hold both. A subnormal "
-        "number, "
-        "as words or bytes in another order most often\nmake one, is exception 3, and -0 is 0. What they do "
-        "together is in "
-        "[firmware/README.md](../firmware/README.md).\n\n"
-        "## Params\n\nAt these addresses the staged set, read and written; 0x%04x higher the set that the drive runs "
-        "with, read "
-        "only. Names are keys of a\nscenario, or `drive.` and a field of firmware/app/config.h. Of lists the first "
-        "element is "
-        "shown.\n\nWhat tunes changes while the drive runs. What protects does not: stop the drive, write 0x%08x to "
-        "`unlock`, "
-        "and apply the\nset within %u s. The sign of the controller's gain protects likewise: that of the product of "
-        "all "
-        "`b0`, and of all `b2`. For a\nsection whose `b2` is 0 its `b1` counts, or `b0` if that is 0 as well. No set "
+        "# Registers\n\nPrinted by `tribo-link list --markdown`, version %u of the lists in firmware/app/registers.h, "
+        "params.h "
+        "and config.h.\n\n"
+        "The drive speaks Modbus RTU at 115200 8N1, or Modbus TCP, with functions 3, 6, 16 and 23. Every register but "
+        "the "
+        "command has 32 bits:\ntwo Modbus registers, the high one at the address given, the low one at the next. A "
+        "write "
+        "must hold both. A number too tiny to be meant is\nrefused with exception 3, as it usually means that words or "
+        "bytes are in the wrong order: a force below %.0e N, a param below %.0e, in a section\nor the table below "
+        "%.0e. 0 "
+        "is taken, and a master that computes r rounds it. -0 counts as 0. "
+        "[firmware/README.md](../firmware/README.md)\nsays what the registers do together.\n\n"
+        "## Params\n\nThe staged set is read and written at these addresses. The set that the drive runs with is read "
+        "at "
+        "an address 0x%04x higher. Names are keys\nof a scenario, or `drive.` and a field of firmware/app/config.h. Of "
+        "a "
+        "list the first element is shown.\n\nA param that tunes may change while the drive runs. A param that protects "
+        "changes only at rest: stop the drive, write 0x%08x to `unlock`,\nand apply the set within %u s. The sign of "
+        "the "
+        "controller's gain protects, too: that of the product of all `b0`, and of all `b2`. Where a section's\n`b2` is "
+        "0, "
+        "its `b1` counts, or its `b0` if that is 0 as well. No set may exceed the ceilings of its board. A param that "
         "is "
-        "wider than the ceilings of its board, and\nwhat is wired is as the board's image, or tribo-drive's "
-        "configuration, says.\n\nThe staged set and the key are their client's. Both end with its connection, or after "
-        "%u s "
-        "without a request. A frame to\nall units stops the drive, and does nothing else.\n\n`protection` is "
-        "the CRC-32 (IEEE 802.3) of the words of all "
-        "registers that protect or are wired, in the order of their addresses, the\nzero of the sensor without a tare, "
-        "and of these "
-        "two signs, 1, 0 or -1 in 32 bits, each with its low byte first.\n\n"
+        "wired is fixed by\nthe board's image or by tribo-drive's configuration.\n\nThe staged set and the key belong "
+        "to "
+        "the client that wrote them. Both end with its connection, or after %u s without a request. A frame to\nall "
+        "units "
+        "stops the drive, and does nothing else.\n\n`protection` is the CRC-32 (IEEE 802.3) of the words of all "
+        "registers "
+        "that protect or are wired, in the order of their addresses, the zero of\nthe sensor without a tare, and of "
+        "these "
+        "two signs. A sign is 1, 0 or -1 in 32 bits. Each word has its low byte first.\n\n"
         "| name | address | type | unit | range | default | class | what |\n|---|---|---|---|---|---|---|---|\n",
         REGISTERS_VERSION,
+        (double)PARAMS_LEAST_N,
+        (double)params_least(0),
+        (double)params_least(PARAMS_SECTIONS_AT),
         REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT,
         REGISTERS_KEY,
         REGISTERS_UNLOCK_S,

@@ -25,6 +25,7 @@ typedef struct
     bool         protects;                      ///< changes only out of run and unlocked ...
     bool         wired;                         ///< ... or not at all
     double       low, high, normal;
+    double       least; ///< of the size of a float that is not 0
     const char  *unit, *text;
 } link_row_t;
 
@@ -59,7 +60,7 @@ typedef enum
 
 #define LINK_WINDOW 62u ///< words
 
-/// docs/registers.md, on standard output.
+/// All registers as a page in Markdown, on standard output.
 void link_print_markdown(void);
 
 #endif

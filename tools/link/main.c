@@ -238,6 +238,13 @@ static const char *parse_value(const char *name, const char *text, double *numbe
     return wrong;
 }
 
+/// `text` names the number.
+static bool check_size(const char *text, const char *number, const link_row_t *row)
+{
+    return !common_number_is_below(number, row->least) ||
+           link_complain("%s: too small to be meant: 0, or at least %.0e in size", text, row->least);
+}
+
 static bool parse_change(const link_bus_t *bus, change_t *change, const char *text)
 {
     char        name[96];
@@ -254,8 +261,12 @@ static bool parse_change(const link_bus_t *bus, change_t *change, const char *te
     {
         return false;
     }
-    const link_row_t *row   = change->row;
-    const char       *wrong = parse_value(name, equals + 1, &number);
+    const link_row_t *row = change->row;
+    if (row->is_float && !check_size(text, equals + 1, row))
+    {
+        return false;
+    }
+    const char *wrong = parse_value(name, equals + 1, &number);
     if (wrong != NULL)
     {
         return link_complain("%s: %s", text, wrong);
@@ -578,6 +589,15 @@ static bool renew_reference(link_bus_t *bus, uint32_t word, const options_t *opt
 
 static int set_reference(link_bus_t *bus, const options_t *options)
 {
+    char text[64] = "";
+    if (options->count == 2)
+    {
+        (void)snprintf(text, sizeof text, "reference %s", options->words[1]);
+        if (!check_size(text, options->words[1], link_find("reference")))
+        {
+            return EXIT_FAILED;
+        }
+    }
     double      number = 0.0;
     const char *wrong =
         options->count == 2 ? common_number_parse(options->words[1], &number) : "one force in N is expected";
@@ -941,7 +961,7 @@ static const struct argp_option known[] = {
     {.name = "listen", .key = OPTION_LISTEN, .arg = "HOST:PORT", .doc = "serve: 127.0.0.1:8088 if left out"},
     {.name = "allow", .key = OPTION_ALLOW, .arg = "NAME", .doc = "serve: the name by which browsers on other machines call this one; without it nothing but loopback is served"},
     {.name = "acknowledge", .key = OPTION_ACKNOWLEDGE, .doc = "fault: acknowledges it"},
-    {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "list: as docs/registers.md"},
+    {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "list: as a page in Markdown, with types, units, ranges and defaults"},
     {.name = "help", .key = '?', .doc = "of a COMMAND: of it alone"},
     {.name = "usage", .key = OPTION_USAGE, .doc = "the options in short"},
     {.name = "version", .key = OPTION_VERSION, .doc = "of this program"},

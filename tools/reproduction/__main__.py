@@ -7,14 +7,14 @@ import sys
 from . import claims, report
 from .runs import Runs
 
-DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
+DOCUMENT = pathlib.Path(__file__).resolve().parents[2] / "research" / "reproduction.md"
 
 
 def main():
     parser = argparse.ArgumentParser(prog="tools/reproduce", description="The paper's claims as experiments.")
     parser.add_argument("claims", nargs="*", metavar="CLAIM", help="which; all if left out")
     parser.add_argument("--list", action="store_true", help="lists the claims")
-    parser.add_argument("--update", action="store_true", help="writes docs/reproduction.md as well")
+    parser.add_argument("--update", action="store_true", help="writes research/reproduction.md as well")
     parser.add_argument("--sim", required=True, help=argparse.SUPPRESS)
     parser.add_argument("--bench", required=True, help=argparse.SUPPRESS)
     parser.add_argument("--out", required=True, type=pathlib.Path, help=argparse.SUPPRESS)
@@ -43,7 +43,7 @@ def main():
     report.write_html(options.out / "report.html", sections)
     print(f"\n{report.count(sections)}\n{options.out / 'report.html'}, {options.out / 'report.md'}")
     if options.update:
-        report.write_markdown(DOCS / "reproduction.md", sections)
+        report.write_summary(DOCUMENT, sections)
 
 
 if __name__ == "__main__":

@@ -60,7 +60,7 @@ def count(sections):
 
 
 INTRODUCTION = (
-    "Written by `tools/reproduce`. The paper is \"Friction Hysteresis Modeling and Force Control in a Constrained "
+    "The paper is \"Friction Hysteresis Modeling and Force Control in a Constrained "
     "Single-link Arm\" (DOI 10.1115/1.4004580). Each row is one of its claims, played by `tribo-sim`. The paper's "
     "figures are of its rig, or of its own simulation with inputs that it does not list. The plant here is its model, "
     "Eqs. (7), (9) and (10), with its parameters. The inputs follow its description."
@@ -80,6 +80,16 @@ def write_markdown(path, sections):
         if section.figure is not None:
             (pictures / f"{section.name}.png").write_bytes(png(section.figure))
             parts.append(f"![{section.title}]({pictures.name}/{section.name}.png)")
+    path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+
+
+def write_summary(path, sections):
+    """What came of each claim, for the tree. The report has what the paper says, the choices and the figures."""
+    parts = ["# The paper's claims, reproduced", INTRODUCTION,
+             "`tools/reproduce --update` plays the claims and writes this page. What the paper says in each place, and the figures, are in the report whose "
+             "name it prints.", count(sections)]
+    rows = [(claim.where, claim.run, claim.verdict) for section in sections for claim in section.claims]
+    parts.append(markdown_table(("where", "this run shows", "verdict"), rows))
     path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
 
 

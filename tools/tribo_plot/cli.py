@@ -71,7 +71,7 @@ def _draw_into(options, is_sweep, out):
     if is_sweep:
         from . import sweeps
 
-        sweeps.draw(runs.sweep_folder(options.paths[0]), out)
+        sweeps.draw(runs.sweep_rows(options.paths[0]), out)
         return
     all_runs = runs.read_all(options.paths)
     for run, name in zip(all_runs, options.name):

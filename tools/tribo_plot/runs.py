@@ -40,11 +40,11 @@ class Run:
 
 
 def is_sweep(path):
-    return (path / "rows.csv").is_file() or path.name == "rows.csv"
+    return (path / "rows.parquet").is_file() or path.name == "rows.parquet"
 
 
-def sweep_folder(path):
-    return path.parent if path.name == "rows.csv" else path
+def sweep_rows(path):
+    return path if path.name == "rows.parquet" else path / "rows.parquet"
 
 
 def read_all(paths):
@@ -62,7 +62,7 @@ def read(path):
     if path.is_dir():
         trace = path / "trace.csv"
         if not trace.is_file():
-            raise PlotError(f"{path}: holds neither the trace.csv of a run nor the rows.csv of a sweep")
+            raise PlotError(f"{path}: holds neither the trace.csv of a run nor the rows.parquet of a sweep")
         return Run(path.resolve().name, read_columns(trace), read_summary(path / "summary.json"))
     is_of_run = path.name == "trace.csv"
     return Run(

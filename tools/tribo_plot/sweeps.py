@@ -1,12 +1,7 @@
-"""The tables and pictures of a sweep: all of them with tools/sweep-report DIR (sweep_report.py), in one picture with tribo-plot DIR --out FILE.
+"""Tables and pictures of a sweep, from the frame of tribo.sweep: each measure against each axis. The same rows give the same files."""
 
-Reads DIR/rows.csv and DIR/summary.json of tribo-sim sweep; the report is DIR/report.md, and DIR/ratio.png, rms.png and chatter.png:
-each measure against each axis. The same rows give the same files.
-"""
-
-import csv
-import json
 import math
+import sys
 
 import matplotlib
 
@@ -28,45 +23,43 @@ BINS = 8  # of an axis with more
 matplotlib.rcParams.update({**STYLE, "axes.titlesize": 10, "font.size": 9, "savefig.dpi": 110})
 
 
-def number(text):
-    """NaN for what is no number."""
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
-
-
 class Sweep:
-    """The rows by column, and which of the columns are axes."""
+    """The rows that have a result, by column, and which of the columns are axes."""
 
-    def __init__(self, folder):
-        for name in ("rows.csv", "summary.json"):
-            if not (folder / name).is_file():
-                raise PlotError(f"{folder / name}: there is none: has the sweep come to its end?")
-        self.summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-        with open(folder / "rows.csv", newline="", encoding="utf-8") as file:
-            rows = [row for row in csv.DictReader(file) if row["status"] == "ok"]
-        if not rows:
-            raise PlotError(f"{folder}/rows.csv: no row has a result")
-        self.rows = rows
-        self.axes = self.summary["axes"]
-        self.text = {axis: [row[axis] for row in rows] for axis in self.axes}
-        self.is_paired = "ratio" in rows[0]
-        names = ["rms_error_N", "chatter_ticks", "window_ticks", "limited_ticks"]
+    def __init__(self, frame):
+        self.frame = frame
+        self.rows = frame[frame["status"] == "ok"]
+        if self.rows.empty:
+            raise PlotError(f"{frame.attrs['study']}: no row has a result")
+        self.axes = frame.attrs["axes"]
+        self.text = {axis: [value if isinstance(value, str) else f"{value:.6g}" for value in self.rows[axis]] for axis in self.axes}
+        self.is_paired = "ratio" in frame
+        names = ["rms_error_N", "chatter_ticks", "window_ticks", "limited_ticks", "variation_ratio"]
         names += ["ratio", "without_rms_error_N", "without_chatter_ticks"] if self.is_paired else []
-        self.value = {name: self.number(name) for name in names}
+        self.value = {name: self.rows[name].to_numpy() for name in names}
         self.value["chatter"] = 100 * self.value["chatter_ticks"] / self.value["window_ticks"]
 
-    def number(self, name):
-        """A column, NaN where there is no number."""
-        return np.array([number(row[name]) for row in self.rows])
+    @classmethod
+    def read(cls, path):
+        """The rows that a sweep has left."""
+        if not path.is_file():
+            raise PlotError(f"{path}: there is none: has the sweep come to its end?")
+        try:
+            import pandas
+            import pyarrow  # noqa: F401
+        except ImportError:
+            raise PlotError(f"{sys.executable} has no pandas or no pyarrow, which read {path}: `pip install tribo[sweep]`") from None
+        frame = pandas.read_parquet(path)
+        if "axes" not in frame.attrs:
+            raise PlotError(f"{path}: is not of a sweep")
+        return cls(frame)
 
     def groups(self, axis):
         """Label, place and rows of each value of an axis with few, or of each of its parts; and the values if there are many."""
         text = self.text[axis]
         listed = list(dict.fromkeys(text))
-        numbers = np.array([number(value) for value in text])
-        is_number = not np.isnan(numbers).any()
+        is_number = not isinstance(self.rows[axis].iloc[0], str)
+        numbers = self.rows[axis].to_numpy(float) if is_number else None
         if len(listed) <= LISTED_MAX or not is_number:
             if is_number:
                 listed.sort(key=float)
@@ -88,7 +81,7 @@ def is_logarithmic(numbers):
 
 
 def label_of(sweep, axis):
-    return f"{axis}, × the scenario's" if axis in sweep.summary.get("relative", ()) else axis
+    return f"{axis}, × the scenario's" if axis in sweep.frame.attrs["relative"] else axis
 
 
 def draw_axis(axes, sweep, axis, measure, colour):
@@ -172,16 +165,16 @@ def table_of(sweep, axis):
 
 
 def report_of(sweep):
-    summary = sweep.summary
-    lines = [f"# {summary['study']}", "", f"{summary['rows']} rows, {summary['failed']} of them failed."]
-    lines += [f"- {failure}" for failure in summary["failures"]]
+    attrs, failed = sweep.frame.attrs, sweep.frame[sweep.frame["status"] != "ok"]
+    lines = [f"# {attrs['study']}", "", f"{len(sweep.frame)} rows, {len(failed)} of them failed."]
+    lines += [f"- row {row}: {status}: {message}" for row, status, message in failed[["row", "status", "message"]].head(10).itertuples(index=False)]
     lines += ["", *table_of(sweep, None), ""]
     for name in ("ratio", "rms", "chatter") if sweep.is_paired else ("rms", "chatter"):
         lines += [f"![{name} against each axis]({name}.png)", ""]
     for axis in sweep.axes:
         lines += [*table_of(sweep, axis), ""]
     lines.append("Worst rows, each with and without:" if sweep.is_paired else "Worst rows:")
-    for name, worst in summary["worst"].items():
+    for name, worst in attrs["worst"].items():
         lines += ["", f"## {name}", ""]
         for one in worst:
             lines += [f"row {one['row']}, {one['value']:.4g}:", "", "    " + one["command"]]
@@ -225,22 +218,22 @@ def panels_of(sweep):
     return panels
 
 
-def draw(folder, out):
+def draw(path, out):
     """What a sweep is made for: the ratio if it has one, else the error; a page has all measures."""
-    sweep = Sweep(folder)
+    sweep = Sweep.read(path)
     if out.suffix == ".html":
-        page.draw([sweep.summary["study"]], panels_of(sweep), out)
+        page.draw([sweep.frame.attrs["study"]], panels_of(sweep), out)
     else:
         save(figures_of(sweep)["ratio" if sweep.is_paired else "rms"](), out)
 
 
-def report(folder):
-    """Writes the report and its pictures; their names."""
-    sweep = Sweep(folder)
+def report(frame, folder):
+    """Writes the report and its pictures; their paths."""
+    sweep = Sweep(frame)
     figures = figures_of(sweep)
     for name, make in figures.items():
         figure = make()
         figure.savefig(folder / f"{name}.png", metadata={"Software": None})
         plt.close(figure)
     (folder / "report.md").write_text(report_of(sweep), encoding="utf-8")
-    return ["report.md", *(name + ".png" for name in figures)]
+    return [folder / "report.md", *(folder / f"{name}.png" for name in figures)]

@@ -102,16 +102,35 @@ static const struct argp_option known[] = {
      .doc  = "for tests: a tick for each byte of the file IN, and a byte to OUT after it, in place of the clock"},
     {.name = NULL}};
 
-static void take_reference(options_t *options, const char *value)
+/// A shape's name begins with a letter, and a file's ends with .csv: what else is no number was meant as one.
+static bool is_meant_as_number(const char *value)
+{
+    const char *dot = strrchr(value, '.');
+    return strchr("+-.0123456789", value[0]) != NULL && (dot == NULL || strcmp(dot, ".csv") != 0);
+}
+
+static void take_reference(options_t *options, const char *value, const struct argp_state *state)
 {
     options->shape         = NULL;
     options->reference     = REFERENCE_LINES;
     options->has_reference = true;
     if (strcmp(value, "-") != 0)
     {
-        const bool is_number = common_number_parse(value, &options->constant_n) == NULL;
-        options->reference   = is_number ? REFERENCE_CONSTANT : REFERENCE_SCENARIO;
-        options->shape       = is_number ? NULL : value;
+        const char *complaint = common_number_parse(value, &options->constant_n);
+        const bool  is_number = complaint == NULL;
+        if (common_number_is_below(value, (double)PARAMS_LEAST_N))
+        {
+            argp_error(state,
+                       "--reference %s: too small to be meant: 0, or at least %.0e N in size",
+                       value,
+                       (double)PARAMS_LEAST_N);
+        }
+        if (!is_number && is_meant_as_number(value))
+        {
+            argp_error(state, "--reference %s: %s", value, complaint);
+        }
+        options->reference = is_number ? REFERENCE_CONSTANT : REFERENCE_SCENARIO;
+        options->shape     = is_number ? NULL : value;
     }
 }
 
@@ -141,7 +160,7 @@ static error_t take(int key, char *value, struct argp_state *state)
         return strchr(value, ',') != NULL ? 0
                                           : (argp_error(state, "--ticks %s: two files are expected, IN,OUT", value), 0);
     case OPTION_REFERENCE:
-        take_reference(options, value);
+        take_reference(options, value, state);
         return 0;
     case OPTION_SET:
         if (options->set_count == SETS_MAX)

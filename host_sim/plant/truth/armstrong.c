@@ -225,7 +225,7 @@ static const common_key_t keys[] = {
                      0.0,
                      10.0,
                      0.0,
-                     "Fv, beside the arm's own"),
+                     "Fv, added to the arm's own"),
     SIM_TRUTH_NUMBER(parameters_t,
                      stribeck_speed,
                      "stribeck_speed_deg_per_s",

@@ -175,7 +175,7 @@ static const common_key_t keys[] = {
                      0.0,
                      10.0,
                      0.0,
-                     "s2, beside the arm's own"),
+                     "s2, added to the arm's own"),
     SIM_TRUTH_NUMBER(parameters_t, exponent, "exponent", "-", 1.0, 20.0, 2.0, "n: how sharply sliding begins"),
     SIM_STRIBECK_KEYS(parameters_t),
     SIM_TRUTH_END,

@@ -122,7 +122,7 @@ static const common_key_t keys[] = {
                      0.0,
                      10.0,
                      0.4,
-                     "s2: of sliding, beside the arm's own"),
+                     "s2: of sliding, added to the arm's own"),
     SIM_STRIBECK_KEYS(parameters_t),
     SIM_TRUTH_CHOICE(parameters_t,
                      limited,

@@ -219,7 +219,7 @@ static const common_key_t keys[] = {
                      0.0,
                      10.0,
                      0.0,
-                     "s2, beside the arm's own"),
+                     "s2, added to the arm's own"),
     SIM_STRIBECK_KEYS(parameters_t),
     SIM_TRUTH_NUMBER(
         parameters_t,

@@ -133,7 +133,7 @@ static void *create(const sim_truth_config_t *config, double step_s)
                          0.0,                                                                                          \
                          10.0,                                                                                         \
                          0.0,                                                                                          \
-                         "beside the arm's own"),                                                                      \
+                         "added to the arm's own"),                                                                    \
         SIM_TRUTH_END,                                                                                                 \
     };                                                                                                                 \
     const sim_truth_ops_t sim_servo_##id##_truth = {.name    = "servo_" #id,                                           \

@@ -228,8 +228,30 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
                                 float                                y_n,
                                 tribo_force_loop_f32_signals_t      *signals);
 
+/// The tick in two halves, for a controller of your own between them: `e` to your controller, its output `v` to the second.
+///
+///     e = tribo_force_loop_f32_error(&params, &state, r, y);
+///     u = tribo_force_loop_f32_command(&params, &state, my_controller(e), &excess);
+///
+/// Guard, retuning and bad inputs as in the tick. The params' own controller does not run. `excess` is what the limit has taken, u less the
+/// sum of v and the method's term, 0 within the limits: it is what the anti-windup of your controller wants to know. Without a method
+/// u is v within the limits. A v that is not a number, or beyond 1e6 N, counts as a bad input and as 0. Cannot fail.
+float tribo_force_loop_f32_error(const tribo_force_loop_f32_params_t *params,
+                                 tribo_force_loop_f32_state_t        *state,
+                                 float                                r_n,
+                                 float                                y_n);
+
+/// The second half of that tick: u in N for the output v of your controller.
+float tribo_force_loop_f32_command(const tribo_force_loop_f32_params_t *params,
+                                   tribo_force_loop_f32_state_t        *state,
+                                   float                                v_n,
+                                   float                               *excess_n);
+
 /// The defaults, for forces about 1 N.
 tribo_guard_f32_config_t tribo_guard_f32_default(void);
+
+/// Parameters for a rig: breakaway at its usual force, lag from u to F, standard deviation of y, or 0 where that is unknown. Checks nothing.
+tribo_guard_f32_config_t tribo_guard_f32_tuned(float breakaway_n, float lag_s, float noise_n, float sample_time_s);
 
 /// Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME or that of a row of TRIBO_GUARD_PARAMETERS. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_guard_f32_init(tribo_guard_f32_params_t       *params,

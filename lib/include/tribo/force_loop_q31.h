@@ -162,6 +162,25 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
                                   int32_t                              y,
                                   tribo_force_loop_q31_signals_t      *signals);
 
+/// The tick in two halves, for a controller of your own between them: `e` to your controller, its output `v` to the second.
+///
+///     e = tribo_force_loop_q31_error(&params, &state, r, y);
+///     u = tribo_force_loop_q31_command(&params, &state, my_controller(e), &excess);
+///
+/// Guard, retuning and bad inputs as in the tick. The params' own controller does not run. `excess` is what the limit has taken, u less the
+/// sum of v and the method's term, 0 within the limits: it is what the anti-windup of your controller wants to know. Without a method
+/// u is v within the limits. Cannot fail.
+int32_t tribo_force_loop_q31_error(const tribo_force_loop_q31_params_t *params,
+                                   tribo_force_loop_q31_state_t        *state,
+                                   int32_t                              r,
+                                   int32_t                              y);
+
+/// The second half of that tick: u for the output v of your controller.
+int32_t tribo_force_loop_q31_command(const tribo_force_loop_q31_params_t *params,
+                                     tribo_force_loop_q31_state_t        *state,
+                                     int32_t                              v,
+                                     int32_t                             *excess);
+
 /// No history, no cause, full friction.
 void tribo_guard_q31_reset(tribo_guard_q31_state_t *state);
 

@@ -66,9 +66,9 @@ extern "C" {
 /// Likewise: L(F) by direction, not read where there is a table.
 #define TRIBO_BREAKAWAY_PARAMETERS(ROW) \
     ROW(BREAKAWAY, BREAKAWAY_OFFSET, positive.offset_n, "offset_N", "N", 1e-6, 1e6, 0.007, TUNES, 0x11a, "q31: 1e-6 to under 1 full_scale_n", "L(F) = offset + slope |F|, in the positive direction") \
-    ROW(BREAKAWAY, BREAKAWAY_SLOPE, positive.slope, "slope", "-", 0, 10, 0.3, TUNES, 0x11c, "", "likewise") \
+    ROW(BREAKAWAY, BREAKAWAY_SLOPE, positive.slope, "slope", "-", 0, 10, 0.3, TUNES, 0x11c, "", "slope of L(F) in the positive direction") \
     ROW(BREAKAWAY, BREAKAWAY_NEGATIVE_OFFSET, negative.offset_n, "negative_offset_N", "N", 1e-6, 1e6, 0.007, TUNES, 0x11e, "q31: 1e-6 to under 1 full_scale_n", "in the negative direction; in a scenario as the positive one if left out") \
-    ROW(BREAKAWAY, BREAKAWAY_NEGATIVE_SLOPE, negative.slope, "negative_slope", "-", 0, 10, 0.3, TUNES, 0x120, "", "likewise")
+    ROW(BREAKAWAY, BREAKAWAY_NEGATIVE_SLOPE, negative.slope, "negative_slope", "-", 0, 10, 0.3, TUNES, 0x120, "", "slope of L(F) in the negative direction")
 
 #define TRIBO_TABLE_PARAMETERS(ROW) \
     ROW(TABLE, TABLE_LENGTH, table_length, "table_length", "-", 0, 32, 0, TUNES, 0x12a, "with a table at least 1, without one 0", "points of the breakaway table; 0: offset and slope")
@@ -81,19 +81,19 @@ extern "C" {
 
 /// Of tribo_feedforward_f32_config_t; 0 where it says "derived" is what follows from the rig (docs/feedforward.md).
 #define TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
-    ROW(FEEDFORWARD, ACTUATOR_POLE, actuator_pole_rad_per_s, "actuator_pole_rad_per_s", "rad/s", 1e-3, 1e6, 200.0, TUNES, 0x200, "times sample time 1e-9 to 50; q31: with the arm's lag under 65536 sample times", "pole of the actuator, as believed") \
-    ROW(FEEDFORWARD, SENSOR_POLE, sensor_pole_rad_per_s, "sensor_pole_rad_per_s", "rad/s", 1e-3, 1e6, 55.0, TUNES, 0x202, "times sample time 1e-9 to 50", "pole of the sensor, as believed") \
+    ROW(FEEDFORWARD, ACTUATOR_POLE, actuator_pole_rad_per_s, "actuator_pole_rad_per_s", "rad/s", 1e-3, 1e6, 200.0, TUNES, 0x200, "times sample time 1e-9 to 50; q31: with the arm's lag under 65536 sample times", "pole of the actuator") \
+    ROW(FEEDFORWARD, SENSOR_POLE, sensor_pole_rad_per_s, "sensor_pole_rad_per_s", "rad/s", 1e-3, 1e6, 55.0, TUNES, 0x202, "times sample time 1e-9 to 50", "pole of the sensor") \
     ROW(FEEDFORWARD, REVERSAL_WIDTH, reversal_n, "reversal_N", "N", 0, 1e6, 0, TUNES, 0x204, "0 or at least 1e-9; q31: 1e-6 to 0.25 full_scale_n", "w: r has reversed once it has come back by w; the error at a reversal is at least about w; 0: derived, 1/314 of the breakaway") \
     ROW(FEEDFORWARD, PRESLIDING, presliding_n, "presliding_N", "N", 0, 1e6, 0, TUNES, 0x206, "0 or at least 1e-9; q31: 1e-4 to 0.25 full_scale_n", "travel of F over which friction builds up, at most a quarter of the swing of r; 0: derived, 1/11 of the breakaway") \
     ROW(FEEDFORWARD, JUMP_TIME, jump_time_s, "jump_time_s", "s", 0, 1e3, 0, TUNES, 0x208, "", "time in which friction changes its sign at a reversal; 0: derived, 2.1 times the lag from u to F") \
-    ROW(FEEDFORWARD, JUMP_LEAD, jump_lead, "jump_lead", "-", 0, 1, 0.7, TUNES, 0x20a, "", "part of the actuator's lag by which a jump of friction leads; 0.9 would err where the actuator is faster than believed") \
-    ROW(FEEDFORWARD, TRUST, trust, "trust", "-", 0, 1, 0.5, TUNES, 0x20c, "", "part of the believed breakaway that is fed forward before anything is learned") \
-    ROW(FEEDFORWARD, FORGETTING, forgetting_per_n, "forgetting_per_N", "1/N", 0, 1e6, 0, TUNES, 0x20e, "q31: under 32/full_scale_n", "part of the prior variance that returns per newton travelled; ten times the derived one for friction that drifts; 0: derived, 0.0157 over the breakaway") \
+    ROW(FEEDFORWARD, JUMP_LEAD, jump_lead, "jump_lead", "-", 0, 1, 0.7, TUNES, 0x20a, "", "part of the actuator's lag by which a jump of friction leads; 0.9 would err where the actuator is faster than configured") \
+    ROW(FEEDFORWARD, TRUST, trust, "trust", "-", 0, 1, 0.5, TUNES, 0x20c, "", "part of the configured breakaway that is fed forward before anything is learned") \
+    ROW(FEEDFORWARD, FORGETTING, forgetting_per_n, "forgetting_per_N", "1/N", 0, 1e6, 0, TUNES, 0x20e, "q31: under 32/full_scale_n", "part of the prior variance that returns per newton travelled; ten times the derived one for friction that drifts; 0: derived, 0.0157 divided by the breakaway") \
     ROW(FEEDFORWARD, STILL_TIME, still_time_s, "still_time_s", "s", 0, 1e3, 0.2, TUNES, 0x210, "", "r is at rest once it has not moved for that long; 0: never, without feedback of friction at rest")
 
 /// Of tribo_sensorless_f32_config_t.
 #define TRIBO_SENSORLESS_PARAMETERS(ROW) \
-    ROW(SENSORLESS, BELIEF, belief, "belief", "-", 0, 1, 0.9, TUNES, 0x212, "", "part of the believed breakaway that is fed forward without a sensor: low, as too much may be worse than none")
+    ROW(SENSORLESS, BELIEF, belief, "belief", "-", 0, 1, 0.9, TUNES, 0x212, "", "part of the configured breakaway that is fed forward without a sensor: low, because too much can be worse than none")
 
 /// Of tribo_guard_f32_config_t.
 #define TRIBO_GUARD_PARAMETERS(ROW) \
@@ -110,10 +110,10 @@ extern "C" {
 /// and tribo_breakaway_point_f32_t.
 #define TRIBO_SECTION_ELEMENTS(ELEMENT) \
     ELEMENT(SECTION_COEFFICIENT, b0, "b0", "-", -1e6, 1e6, "numerator b0 d² + b1 d + b2 with d = z − 1; with a scenario's kind z alone b0 + b1 z⁻¹ + b2 z⁻²; b0 not 0") \
-    ELEMENT(SECTION_COEFFICIENT, b1, "b1", "-", -1e6, 1e6, "likewise") \
-    ELEMENT(SECTION_COEFFICIENT, b2, "b2", "-", -1e6, 1e6, "likewise") \
+    ELEMENT(SECTION_COEFFICIENT, b1, "b1", "-", -1e6, 1e6, "numerator") \
+    ELEMENT(SECTION_COEFFICIENT, b2, "b2", "-", -1e6, 1e6, "numerator") \
     ELEMENT(SECTION_COEFFICIENT, a1, "a1", "-", -4, 4, "denominator d² + a1 d + a2; with a scenario's kind z alone 1 + a1 z⁻¹ + a2 z⁻²; stable") \
-    ELEMENT(SECTION_COEFFICIENT, a2, "a2", "-", -4, 4, "likewise")
+    ELEMENT(SECTION_COEFFICIENT, a2, "a2", "-", -4, 4, "denominator")
 
 #define TRIBO_POINT_ELEMENTS(ELEMENT) \
     ELEMENT(TABLE_FORCE, force_n, "force_N", "N", 0, 1e6, "a point's applied force |F|, strictly rising from point to point") \
@@ -131,7 +131,19 @@ extern "C" {
     REFUSAL(TABLE_FORCE, "compensator.friction.breakaway.table", "friction table force_n: 0 to 1e6 N, strictly rising; q31: under full_scale_n") \
     REFUSAL(TABLE_POSITIVE, "compensator.friction.breakaway.table", "friction table positive_n: 1e-6 to 1e6 N; q31: 1e-6 to under 1 full_scale_n") \
     REFUSAL(TABLE_NEGATIVE, "compensator.friction.breakaway.table", "friction table negative_n: 1e-6 to 1e6 N; q31: 1e-6 to under 1 full_scale_n") \
-    REFUSAL(PAPER_SAMPLE_TIME, "sample_time_s", "sample_time_s: 0.001 s with the sections of the paper's controller, which are made for it; another needs sections of its own")
+    REFUSAL(PAPER_SAMPLE_TIME, "sample_time_s", "sample_time_s: 0.001 s with the sections of the paper's controller, which are made for it; another needs sections of its own") \
+    REFUSAL(AXIS_CONTROLLER, "controller", "controller: none; tribo_pi, tribo_sections, tribo_paper or tribo_own") \
+    REFUSAL(AXIS_PI, "controller", "controller kp, ki_per_s: kp 1e-6 to 1e5, ki_per_s 0 to 1e5 1/s and times sample_time_s at most 2 kp") \
+    REFUSAL(AXIS_LAG, "compensator.arm", "arm_lag_s: 0 to 1000 sample times") \
+    REFUSAL(AXIS_ORDER, "", "order of calls: the init comes first, and prepare before change") \
+    REFUSAL(BLOB_VERSION, "", "blob version: of another version or arithmetic of tribo") \
+    REFUSAL(BLOB_CHECKSUM, "", "blob checksum: not of these bytes") \
+    REFUSAL(BLOB_RIG, "", "blob rig: learned with another config, whose breakaway or full scale it refers to") \
+    REFUSAL(JOINT_EFFORT, "", "joint effort_max: 1e-6 to 1e6") \
+    REFUSAL(JOINT_TRAVEL, "", "joint travel: 1e-9 to 1e6; q31: 1 to 1e5 counts") \
+    REFUSAL(JOINT_BREAKAWAY, "", "joint breakaway: 0 to effort_max") \
+    REFUSAL(JOINT_POLE, "", "joint actuator_pole_rad_per_s: 1e-3 to 1e6 rad/s, or 0") \
+    REFUSAL(JOINT_GAIN, "", "joint gain: 0 to 1, of the learned friction")
 
 /// All rows.
 #define TRIBO_PARAMETERS(ROW) \

@@ -83,6 +83,17 @@ static inline void loop_convert(const loop_params_t *from,
     tribo_controller_f32_change(&from->controller, &to->controller, &state->controller, e, offset);
 }
 
+/// v of a controller that is not this library's: a bad one is counted, and 0.
+static inline force_t loop_credible(loop_state_t *state, force_t v)
+{
+    if (!exceeds(v, TRIBO_F32_FORCE_MAX_N))
+    {
+        return v;
+    }
+    count(&state->bad_inputs);
+    return 0.0f;
+}
+
 static inline void loop_rest(tribo_compensator_f32_signals_t *signals)
 {
     *signals = (tribo_compensator_f32_signals_t){.force_n = 0.0f};

@@ -89,6 +89,13 @@ static inline void loop_convert(const loop_params_t *from,
     tribo_controller_q31_change(&from->controller, &to->controller, &state->controller, e, narrow(offset));
 }
 
+/// v of a controller that is not this library's: any number is one.
+static inline force_t loop_credible(const loop_state_t *state, force_t v)
+{
+    (void)state;
+    return v;
+}
+
 /// Member by member: a struct would be cleared by a call.
 static inline void loop_rest(tribo_compensator_q31_signals_t *signals)
 {

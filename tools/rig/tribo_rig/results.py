@@ -164,12 +164,12 @@ def directions(rig, result, force):
                 "a bias of u would show as their difference")
     L = float(np.mean(friction.breakaway(result.params, result.table, force)))
     if rig.force.low_N < 0:
-        return "directions: L+ = L- is assumed; a difference that is the same at all forces looks like a bias of u, one that grows with |F| is part of what the slides leave"
-    text = (f"directions: L+ = L- is assumed, as at forces of one sign no log tells a difference from scale and bias of u. If a newton of yours made 1 % more than below, L+ would be {(force + L) / 100:.3g} N more "
-            f"and L- {(force - L) / 100:.3g} N less")
+        return "assumed: the same friction both ways (L+ = L-). A difference that is the same at all forces looks like a bias of u, one that grows with |F| is in what the slides leave"
+    text = ("assumed: the same friction both ways (L+ = L-). Pushing one way only, a log cannot tell unequal friction from a 1 % error of the command scale, "
+            f"which would make L+ {(force + L) / 100:.3g} N larger and L- {(force - L) / 100:.3g} N smaller")
     plus, minus = friction.by_direction(result, force)
     other = abs(plus - minus) > friction.APART * L and min(plus, minus) > 0
-    return text + (f". If your command is right, L+ is {plus:.3g} N and L- {minus:.3g} N: then say known: {{command: true}} in rig.yaml" if other else "")
+    return text + (f". If your command is right, L+ is {plus:.3g} N and L- {minus:.3g} N: then write known: {{command: true}} into rig.yaml" if other else "")
 
 
 def _lags(found):

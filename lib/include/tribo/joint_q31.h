@@ -1,0 +1,71 @@
+/// A joint with current and encoder, Q31: the twin of joint_f32.h. Effort is Q31 of the config's effort_max, positions are counts of the
+/// encoder, which may wrap at 32 bits. Config and report are the twin's, in your units and counts. Not synchronized: one joint, one tick.
+
+#ifndef TRIBO_JOINT_Q31_H
+#define TRIBO_JOINT_Q31_H
+
+#include "tribo/joint_f32.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// See the twin. Motion is Q12 of a count, parts are Q32.
+typedef struct
+{
+    int32_t  effort_max, half, fastest;
+    uint32_t gain, jump, level_part, observer_part, actuator_part, fade_step, rest_ticks;
+    float    unit; ///< effort of full scale
+} tribo_joint_q31_params_t;
+
+typedef struct
+{
+    int32_t  moved, effort, slack;
+    int64_t  travel, intended, work, slow_travel, slow_work; ///< work: Q23 of full scale, times Q12 of a count
+    int32_t  peak, knee, mean[2];
+    uint32_t ticks;
+    int8_t   side;
+    uint8_t  follows, has[2];
+} tribo_joint_q31_slide_t;
+
+/// See the twin.
+typedef struct
+{
+    tribo_joint_q31_params_t params;
+    uint8_t                  made, runs, learned, cause, against, turns, is_off;
+    int8_t                   sign, intended;
+    uint32_t                 still;
+    int32_t                  q_ref, q, slack, astray;
+    uint32_t                 share; ///< Q32
+    int32_t                  level, term, kept, load, lagged, friction, spread, offset;
+    int32_t                  direction; ///< Q30
+    uint32_t                 bad_inputs, limited_ticks;
+    tribo_joint_q31_slide_t  slide;
+} tribo_joint_q31_t;
+
+/// See the twin, whose statuses these are.
+tribo_status_t tribo_joint_q31_init(tribo_joint_q31_t *joint, const tribo_joint_config_t *config);
+
+/// See the twin. No effort is bad.
+int32_t tribo_joint_q31_step(tribo_joint_q31_t *joint, int32_t effort, int32_t q_ref, int32_t q);
+
+/// See the twin.
+void tribo_joint_q31_load(tribo_joint_q31_t *joint, int32_t load);
+
+/// See the twin; with float, so not for the tick.
+tribo_status_t tribo_joint_q31_gain(tribo_joint_q31_t *joint, float gain);
+
+/// See the twin.
+void tribo_joint_q31_restore(tribo_joint_q31_t *joint);
+
+/// See the twin; with float, in the config's unit.
+tribo_joint_force_t tribo_joint_q31_force(const tribo_joint_q31_t *joint);
+
+/// See the twin.
+void tribo_joint_q31_report(const tribo_joint_q31_t *joint, tribo_joint_report_t *report);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,260 @@
+#include "axis_config.h"
+
+#include "../number/ieee_f32.h"
+#include "../number/ranges.h"
+
+#define PI_MAX          1.0e5f
+#define LEAST_LAG       0.05f // of the arm, in ticks: its poles stay inside the unit circle in Q31
+#define LAG_MAX         1.0e3f
+#define PRIOR_DEVIATION 0.45f // of the breakaway as configured, before anything is learned
+#define MODEL_DEVIATION 0.02f
+#define OWN_GAIN        1.0e-6f
+
+#define WARN_BAD_INPUT 1u
+#define WARN_LIMITED   2u
+#define WARN_AT_BOUND  4u
+#define WARN_HARMS     8u
+#define WARN_HUNTING   16u
+#define WARN_OVERSHOOT 32u
+#define WARN_FORGOTTEN 64u
+
+tribo_axis_controller_t tribo_pi(float kp, float ki_per_s)
+{
+    return (tribo_axis_controller_t){.kind = TRIBO_CONTROLLER_PI, .kp = kp, .ki_per_s = ki_per_s};
+}
+
+tribo_axis_controller_t tribo_sections(const tribo_biquad_f32_section_t *sections, uint32_t count)
+{
+    return (tribo_axis_controller_t){.kind = TRIBO_CONTROLLER_SECTIONS, .sections = sections, .section_count = count};
+}
+
+tribo_axis_controller_t tribo_paper(void)
+{
+    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
+    return tribo_sections(paper.controller.sections, paper.controller.section_count);
+}
+
+tribo_axis_controller_t tribo_own(void)
+{
+    return (tribo_axis_controller_t){.kind = TRIBO_CONTROLLER_OWN};
+}
+
+tribo_axis_f32_config_t tribo_axis_f32_config(void)
+{
+    tribo_axis_f32_config_t config = {.feedforward = tribo_feedforward_f32_default()};
+
+    config.feedforward.actuator_pole_rad_per_s = 0.0f;
+    config.feedforward.sensor_pole_rad_per_s   = 0.0f;
+    return config;
+}
+
+static float larger(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+/// A gain without dynamics: two poles that zeros cancel.
+static tribo_biquad_f32_section_t gain_section(float gain)
+{
+    return (tribo_biquad_f32_section_t){.b0 = gain, .b1 = gain, .b2 = 0.25f * gain, .a1 = 1.0f, .a2 = 0.25f};
+}
+
+/// kp + ki h/2 (z + 1)/(z - 1) with d = z - 1, and a pole at z = 0 that a zero cancels.
+static tribo_status_t pi_section(tribo_biquad_f32_section_t *section, const tribo_axis_controller_t *pi, float h)
+{
+    const float step = pi->ki_per_s * h;
+    if (!within(pi->kp, 1.0e-6f, PI_MAX) || !within(pi->ki_per_s, 0.0f, PI_MAX) || step > 2.0f * pi->kp)
+    {
+        return TRIBO_ERR_AXIS_PI;
+    }
+    const float b0 = pi->kp + 0.5f * step;
+    *section       = (tribo_biquad_f32_section_t){.b0 = b0, .b1 = b0 + step, .b2 = step, .a1 = 1.0f};
+    if (step == 0.0f)
+    {
+        *section = gain_section(pi->kp);
+    }
+    return TRIBO_OK;
+}
+
+static tribo_status_t set_controller(axis_parts_t *parts, const tribo_axis_controller_t *controller, float h)
+{
+    tribo_controller_f32_config_t *const made = &parts->loop.controller;
+
+    made->sections      = &parts->section;
+    made->section_count = 1;
+    switch (controller->kind)
+    {
+    case TRIBO_CONTROLLER_PI:
+        return pi_section(&parts->section, controller, h);
+    case TRIBO_CONTROLLER_SECTIONS:
+        made->sections      = controller->sections;
+        made->section_count = controller->section_count;
+        return TRIBO_OK;
+    case TRIBO_CONTROLLER_OWN:
+        parts->section = gain_section(OWN_GAIN);
+        return TRIBO_OK;
+    default:
+        return TRIBO_ERR_AXIS_CONTROLLER;
+    }
+}
+
+/// An arm of which the methods read damping over stiffness alone: critically damped.
+static tribo_arm_f32_config_t arm_of(float lag_s, float h)
+{
+    const float b = larger(lag_s, LEAST_LAG * h);
+    return (tribo_arm_f32_config_t){.inertia = 0.25f * b * b, .damping = b, .stiffness = 1.0f};
+}
+
+tribo_status_t tribo_axis_config_expand(axis_parts_t *parts, const tribo_axis_f32_config_t *config)
+{
+    const float h = config->sample_time_s;
+    if (!sample_time_ok(h))
+    {
+        return TRIBO_ERR_SAMPLE_TIME;
+    }
+    if (!within(config->u_min_n, -TRIBO_F32_FORCE_MAX_N, 0.0f))
+    {
+        return TRIBO_ERR_U_MIN;
+    }
+    if (!within(config->u_max_n, 0.0f, TRIBO_F32_FORCE_MAX_N) || !(config->u_max_n > config->u_min_n))
+    {
+        return TRIBO_ERR_U_MAX;
+    }
+    if (!within(config->arm_lag_s, 0.0f, LAG_MAX * h))
+    {
+        return TRIBO_ERR_AXIS_LAG;
+    }
+    const float most = larger(-config->u_min_n, config->u_max_n);
+
+    parts->loop                    = tribo_force_loop_f32_rig();
+    parts->loop.sample_time_s      = h;
+    parts->loop.input_max_n        = config->input_max_n == 0.0f ? 2.0f * most : config->input_max_n;
+    parts->loop.usual_force_n      = config->usual_force_n;
+    parts->loop.controller.u_min_n = config->u_min_n;
+    parts->loop.controller.u_max_n = config->u_max_n;
+    parts->loop.compensator.arm    = arm_of(config->arm_lag_s, h);
+
+    tribo_friction_f32_config_t *const friction = &parts->loop.compensator.friction;
+
+    const bool is_same      = config->negative.offset_n == 0.0f && config->negative.slope == 0.0f;
+    friction->positive      = config->positive;
+    friction->negative      = is_same ? config->positive : config->negative;
+    friction->gravity_n     = config->gravity_n;
+    friction->v0_n_per_s    = larger(friction->v0_n_per_s, 1.0e-3f * most);
+    friction->pulse_width_s = h;
+    return set_controller(parts, &config->controller, h);
+}
+
+float tribo_axis_config_breakaway(const axis_parts_t *parts)
+{
+    const tribo_friction_f32_config_t *const friction = &parts->loop.compensator.friction;
+
+    const float F = tribo_force_loop_f32_usual_force_n(&parts->loop);
+    return 0.5f * (friction->positive.offset_n + friction->negative.offset_n +
+                   (friction->positive.slope + friction->negative.slope) * F);
+}
+
+tribo_guard_f32_config_t tribo_axis_config_guard(const axis_parts_t *parts, const tribo_axis_f32_config_t *config)
+{
+    const tribo_arm_f32_config_t *const arm = &parts->loop.compensator.arm;
+
+    const float lag = 1.0f / config->feedforward.actuator_pole_rad_per_s + arm->damping / arm->stiffness;
+    return tribo_guard_f32_tuned(tribo_axis_config_breakaway(parts), lag, config->noise_n, parts->loop.sample_time_s);
+}
+
+uint32_t tribo_axis_checksum(const void *bytes, size_t size)
+{
+    const unsigned char *const at  = (const unsigned char *)bytes;
+    uint32_t                   crc = UINT32_MAX;
+    for (size_t i = 0; i < size; i++)
+    {
+        crc ^= at[i];
+        for (uint32_t bit = 0; bit < 8u; bit++)
+        {
+            crc = (crc >> 1) ^ (0xedb88320u & (0u - (crc & 1u)));
+        }
+    }
+    return ~crc;
+}
+
+uint32_t tribo_axis_config_rig(const axis_parts_t *parts, const tribo_axis_f32_config_t *config, float full_scale_n)
+{
+    const tribo_friction_f32_config_t *const friction = &parts->loop.compensator.friction;
+
+    const float numbers[] = {friction->positive.offset_n,
+                             friction->positive.slope,
+                             friction->negative.offset_n,
+                             friction->negative.slope,
+                             tribo_axis_config_breakaway(parts),
+                             config->feedforward.presliding_n,
+                             full_scale_n};
+    return tribo_axis_checksum(numbers, sizeof numbers);
+}
+
+/// sqrt(x) for x from 0 to 1, by Newton's method.
+static float root(float x)
+{
+    float y = 1.0f;
+    for (uint32_t i = 0; i < 16u; i++)
+    {
+        y = 0.5f * (y + x / y);
+    }
+    return y;
+}
+
+void tribo_axis_report_direction(tribo_axis_report_t               *report,
+                                 uint32_t                           direction,
+                                 const tribo_feedforward_learned_t *learned,
+                                 float                              breakaway_n)
+{
+    const float L = learned->L_n;
+    const float spread =
+        2.0f *
+        (PRIOR_DEVIATION * root(limit_f32(learned->relative_variance, 0.0f, 1.0f)) * breakaway_n + MODEL_DEVIATION * L);
+
+    report->breakaway_n[direction] = L;
+    report->low_n[direction]       = larger(L - spread, 0.0f);
+    report->high_n[direction]      = L + spread;
+    report->travel_n               = learned->travel_n;
+}
+
+static uint32_t bit_if(bool is_set, uint32_t bit)
+{
+    return is_set ? bit : 0u;
+}
+
+void tribo_axis_report_warn(tribo_axis_report_t               *report,
+                            const tribo_feedforward_learned_t *learned,
+                            tribo_guard_cause_t                cause)
+{
+    report->warnings =
+        bit_if(report->bad_inputs > 0u, WARN_BAD_INPUT) | bit_if(report->limited_ticks > 0u, WARN_LIMITED) |
+        bit_if(learned->stays_at_bound, WARN_AT_BOUND) | bit_if(learned->harms, WARN_HARMS) |
+        bit_if(cause == TRIBO_GUARD_HUNTING, WARN_HUNTING) | bit_if(cause == TRIBO_GUARD_OVERSHOOT, WARN_OVERSHOOT) |
+        bit_if(report->forgotten > 0u, WARN_FORGOTTEN);
+}
+
+const char *tribo_axis_warning(uint32_t *warnings)
+{
+    const uint32_t first = *warnings & (0u - *warnings);
+    *warnings &= ~first;
+    switch (first)
+    {
+    case WARN_BAD_INPUT:
+        return "bad_inputs: a reference or a reading was not a number, or beyond input_max_n";
+    case WARN_LIMITED:
+        return "limited_ticks: u was at u_min_n or u_max_n";
+    case WARN_AT_BOUND:
+        return "breakaway: learning stays at its limit, 0.2 or 3 times the configured one";
+    case WARN_HARMS:
+        return "friction fed forward cost the controller more than it saved, and was fed back";
+    case WARN_HUNTING:
+        return "guard: friction faded, it reversed quickly and drove the force against the reference";
+    case WARN_OVERSHOOT:
+        return "guard: friction faded, the force overshot its reversals again and again";
+    case WARN_FORGOTTEN:
+        return "forgotten: corrupt memory was found, and what was learned with it is lost";
+    default:
+        return NULL;
+    }
+}

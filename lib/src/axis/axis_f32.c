@@ -1,0 +1,55 @@
+#include "tribo/axis_f32.h"
+
+#include "../number/words_f32.h"
+#include "axis_config.h"
+
+#define BLOB_VERSION TRIBO_AXIS_F32_BLOB_VERSION
+
+static tribo_status_t axis_make_loop(tribo_axis_f32_params_t       *made,
+                                     const axis_parts_t            *parts,
+                                     const tribo_axis_f32_config_t *config,
+                                     float                          full_scale_n)
+{
+    (void)full_scale_n;
+    return tribo_force_loop_feedforward_f32_init(&made->loop, &made->feedforward, &parts->loop, &config->feedforward);
+}
+
+static tribo_status_t axis_make_guard(tribo_axis_f32_params_t        *made,
+                                      const tribo_guard_f32_config_t *guard,
+                                      float                           sample_time_s,
+                                      float                           full_scale_n)
+{
+    (void)full_scale_n;
+    return tribo_guard_f32_init(&made->guard, guard, sample_time_s);
+}
+
+static tribo_feedforward_learned_t axis_learned(const tribo_axis_f32_t *axis, uint32_t direction)
+{
+    return tribo_feedforward_f32_learned(&axis->active->loop,
+                                         &axis->memory.state,
+                                         direction,
+                                         axis->active->usual_force_n);
+}
+
+/// An FPU learns in the tick.
+static void axis_learn_at_once(tribo_axis_f32_t *axis)
+{
+    (void)tribo_feedforward_f32_learn(&axis->active->loop, &axis->memory);
+}
+
+static float axis_share(const tribo_axis_f32_t *axis)
+{
+    return axis->loop.fade;
+}
+
+#include "axis.h"
+
+tribo_status_t tribo_axis_f32_init(tribo_axis_f32_t *axis, const tribo_axis_f32_config_t *config)
+{
+    return start(axis, config, 1.0f);
+}
+
+tribo_status_t tribo_axis_f32_prepare(tribo_axis_f32_params_t *next, const tribo_axis_f32_config_t *config)
+{
+    return prepare(next, config, 1.0f);
+}

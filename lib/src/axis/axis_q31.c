@@ -1,0 +1,66 @@
+#include "tribo/axis_q31.h"
+
+#include "../number/words_q31.h"
+#include "axis_config.h"
+
+#define BLOB_VERSION TRIBO_AXIS_Q31_BLOB_VERSION
+#define PART_UNIT    (1.0f / 2147483648.0f) // Q31
+
+static tribo_status_t axis_make_loop(tribo_axis_q31_params_t       *made,
+                                     const axis_parts_t            *parts,
+                                     const tribo_axis_f32_config_t *config,
+                                     float                          full_scale_n)
+{
+    return tribo_force_loop_feedforward_q31_init(&made->loop,
+                                                 NULL,
+                                                 &made->feedforward,
+                                                 &parts->loop,
+                                                 &config->feedforward,
+                                                 full_scale_n,
+                                                 NULL);
+}
+
+static tribo_status_t axis_make_guard(tribo_axis_q31_params_t        *made,
+                                      const tribo_guard_f32_config_t *guard,
+                                      float                           sample_time_s,
+                                      float                           full_scale_n)
+{
+    return tribo_guard_q31_init(&made->guard, guard, sample_time_s, full_scale_n);
+}
+
+static tribo_feedforward_learned_t axis_learned(const tribo_axis_q31_t *axis, uint32_t direction)
+{
+    const tribo_axis_q31_params_t *const params = axis->active;
+    const int32_t force = (int32_t)(params->usual_force_n / params->full_scale_n * 2147483520.0f);
+    return tribo_feedforward_q31_learned(&params->loop, &axis->memory.state, direction, force);
+}
+
+/// tribo_axis_q31_learn does, in the background.
+static void axis_learn_at_once(tribo_axis_q31_t *axis)
+{
+    (void)axis;
+}
+
+static float axis_share(const tribo_axis_q31_t *axis)
+{
+    return (float)axis->loop.fade * (0.5f * PART_UNIT);
+}
+
+#include "axis.h"
+
+tribo_status_t tribo_axis_q31_init(tribo_axis_q31_t *axis, const tribo_axis_f32_config_t *config, float full_scale_n)
+{
+    return start(axis, config, full_scale_n);
+}
+
+tribo_status_t tribo_axis_q31_prepare(tribo_axis_q31_params_t       *next,
+                                      const tribo_axis_f32_config_t *config,
+                                      float                          full_scale_n)
+{
+    return prepare(next, config, full_scale_n);
+}
+
+bool tribo_axis_q31_learn(tribo_axis_q31_t *axis)
+{
+    return axis->active != NULL && tribo_feedforward_q31_learn(&axis->active->loop, &axis->memory);
+}

@@ -1,0 +1,295 @@
+// A joint with current and encoder, a text for both arithmetics. It stands behind joint_f32.c's or joint_q31.c's words.
+
+#include "joint_config.h"
+
+#define joint_step    NAME(joint, step)
+#define joint_load    NAME(joint, load)
+#define joint_restore NAME(joint, restore)
+
+typedef NAME(joint, t) joint_t;
+typedef NAME(joint, params_t) joint_params_t;
+typedef NAME(joint, slide_t) joint_slide_t;
+
+static int8_t sign_of(way_t x)
+{
+    return (int8_t)((x > 0) - (x < 0));
+}
+
+static force_t size_of(force_t x)
+{
+    return x < 0 ? -x : x;
+}
+
+/// A play of a travel: its slack follows `moved`; the side to which it is pushed, 0 within.
+static int8_t push(way_t *slack, way_t moved, way_t half)
+{
+    const way_t wanted = way_plus(*slack, moved);
+    *slack             = way_within(wanted, half);
+    return sign_of(wanted - *slack);
+}
+
+/// The guard trips, or has tripped before.
+static void trip(joint_t *x, tribo_joint_cause_t cause)
+{
+    if (x->cause == TRIBO_JOINT_SOUND)
+    {
+        x->cause = (uint8_t)cause;
+    }
+}
+
+/// The direction that friction opposes. `off` is q_ref - q.
+static void direct(joint_t *x, way_t intended, way_t off, force_t effort)
+{
+    const way_t  half = x->params.half;
+    const int8_t side = push(&x->slack, intended, half / 2);
+
+    x->still = x->still < x->params.rest_ticks ? x->still + 1u : x->still;
+    if (side != 0)
+    {
+        if (x->still == x->params.rest_ticks)
+        {
+            const force_t wound = minus(effort, x->offset);
+            x->kept             = within_of(side > 0 ? wound : -wound, 0, x->level);
+        }
+        x->intended = side;
+        x->still    = 0;
+        x->turns    = 0;
+    }
+    x->is_off = 0;
+    if (x->still < x->params.rest_ticks)
+    {
+        x->sign = x->intended;
+        return;
+    }
+    x->is_off         = way_beyond(off, JOINT_DEADBAND * half);
+    const int8_t back = x->is_off != 0u ? sign_of(off) : x->sign;
+    if (back != x->sign)
+    {
+        x->sign  = back;
+        x->turns = x->turns < JOINT_TURNS ? (uint8_t)(x->turns + 1u) : x->turns;
+        if (x->turns == JOINT_TURNS)
+        {
+            trip(x, TRIBO_JOINT_HUNTING);
+        }
+    }
+}
+
+/// Whether the joint runs ahead of q_ref with its term: by more than JOINT_ASTRAY, and than 0.1 s at half of its last peak speed.
+static void guard(joint_t *x, way_t intended, way_t measured, way_t off)
+{
+    const way_t ahead = x->sign > 0 ? way_plus(measured, -intended) : way_plus(intended, -measured);
+    const way_t sum   = way_plus(x->astray, ahead);
+    x->astray         = sign_of(off) == -x->sign && sum > 0 ? sum : 0;
+    const long_t most = 2 * (long_t)x->slide.knee * (way_t)x->params.rest_ticks;
+    if (way_beyond(x->astray, JOINT_ASTRAY * x->params.half) && x->astray > most)
+    {
+        trip(x, TRIBO_JOINT_ASTRAY);
+    }
+}
+
+/// A slide in each direction: friction, and the load that does not reverse. One pair moves what is learned by up to a quarter.
+static void learn(joint_t *x)
+{
+    joint_slide_t *const slide = &x->slide;
+
+    const force_t sum  = slide->mean[0] / 2 + slide->mean[1] / 2; // of efforts against the motion
+    const force_t diff = slide->mean[1] / 2 - slide->mean[0] / 2;
+    if (sum < 0)
+    {
+        x->against = x->against < JOINT_AGAINST ? (uint8_t)(x->against + 1u) : x->against;
+        if (x->against == JOINT_AGAINST)
+        {
+            trip(x, TRIBO_JOINT_REVERSED);
+        }
+        x->friction -= x->friction / 4;
+        return;
+    }
+    x->against = 0;
+    if (x->learned == 0u)
+    {
+        x->learned  = 1;
+        x->friction = sum;
+        x->offset   = diff;
+        x->spread   = sum / 4;
+        return;
+    }
+    const force_t error = sum - x->friction;
+    const force_t most  = x->friction / 2 + x->params.effort_max / 256;
+    x->friction += within_of(error, -most, most) / 2;
+    x->offset += (diff - x->offset) / 2;
+    x->spread += (size_of(error) - x->spread) / 4;
+}
+
+/// The mean effort against the motion over a slide that counts. The way back by a travel, until the play is pushed, is friction as well.
+static force_t slide_mean(const joint_slide_t *slide, way_t half)
+{
+    const long_t slow    = slide->side > 0 ? slide->slow_travel : -slide->slow_travel;
+    const long_t all     = slide->side > 0 ? slide->travel : -slide->travel;
+    const bool   is_slow = slow >= JOINT_SLOW_MIN * (long_t)half;
+    return is_slow ? mean_effort(slide->slow_work, slow + 4 * (long_t)half)
+                   : mean_effort(slide->work, all + 4 * (long_t)half);
+}
+
+/// A slide ends: it counts if it is long enough, and if q_ref asked for it.
+static void end_slide(joint_t *x)
+{
+    joint_slide_t *const slide = &x->slide;
+
+    const bool   is_up    = slide->side > 0;
+    const long_t travel   = is_up ? slide->travel : -slide->travel;
+    const long_t intended = is_up ? slide->intended : -slide->intended;
+    const bool   is_sound = slide->ticks < JOINT_TICKS_MAX && travel >= JOINT_SLIDE_MIN * (long_t)x->params.half;
+    if (is_sound && slide->follows != 0u && intended >= travel / 2)
+    {
+        slide->mean[is_up] = slide_mean(slide, x->params.half);
+        slide->has[is_up]  = 1;
+        slide->knee        = slide->peak / 2;
+        if (slide->has[0] != 0u && slide->has[1] != 0u)
+        {
+            learn(x);
+        }
+    }
+    slide->ticks       = 0;
+    slide->follows     = 0;
+    slide->travel      = 0;
+    slide->intended    = 0;
+    slide->work        = 0;
+    slide->slow_travel = 0;
+    slide->slow_work   = 0;
+    slide->peak        = 0;
+}
+
+/// One tick of a slide. The same low pass for motion and effort keeps kinetic energy in balance, and spreads the counts of an encoder.
+static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
+{
+    joint_slide_t *const        slide  = &x->slide;
+    const joint_params_t *const params = &x->params;
+
+    slide->moved      = way_track(slide->moved, measured, params->observer_part);
+    slide->effort     = force_track(slide->effort, minus(x->lagged, x->load), params->observer_part);
+    const int8_t side = push(&slide->slack, slide->moved, params->half);
+    x->direction      = direction_track(x->direction, side, params->observer_part);
+    if (side != 0 && side != slide->side)
+    {
+        end_slide(x);
+        slide->side = side;
+    }
+    if (slide->ticks == JOINT_TICKS_MAX || is_too_long(slide->travel))
+    {
+        slide->ticks = JOINT_TICKS_MAX;
+        return;
+    }
+    const way_t  speed = slide->moved < 0 ? -slide->moved : slide->moved;
+    const long_t work  = work_of(slide->effort, slide->moved);
+    slide->ticks++;
+    slide->follows = slide->follows != 0u || off != 0 ? 1u : 0u;
+    slide->travel += slide->moved;
+    slide->intended += intended;
+    slide->work += work;
+    slide->peak = speed > slide->peak ? speed : slide->peak;
+    if (speed <= slide->knee)
+    {
+        slide->slow_travel += slide->moved;
+        slide->slow_work += work;
+    }
+}
+
+/// Where the term is to go.
+static force_t wanted_term(const joint_t *x, force_t effort)
+{
+    const force_t full = faded_by(x->level, x->share);
+    const force_t size = halved(full, x->turns > 1u ? x->turns - 1u : 0u);
+    force_t       less = within_of(x->kept, 0, size);
+    if (x->still == x->params.rest_ticks && x->is_off == 0u)
+    {
+        const force_t wound   = minus(effort, x->offset);
+        const force_t opposed = within_of(x->sign < 0 ? wound : -wound, 0, size);
+        less                  = plus(opposed, opposed);
+    }
+    return x->sign < 0 ? less - size : (x->sign > 0 ? size - less : 0);
+}
+
+/// The term, on its way.
+static force_t term_of(joint_t *x, force_t effort)
+{
+    const joint_params_t *const params = &x->params;
+
+    const force_t known = x->learned != 0u ? x->friction : x->friction / JOINT_UNLEARNED;
+    x->level            = force_track(x->level, faded_by(known, params->gain), params->level_part);
+    x->share            = fade_step(x->share, x->cause == TRIBO_JOINT_SOUND, params->fade_step);
+    x->kept             = force_track(x->kept, 0, params->level_part);
+
+    const force_t most = plus(faded_by(x->level, params->jump), SMALLEST);
+    x->term            = plus(x->term, within_of(minus(wanted_term(x, effort), x->term), -most, most));
+    return x->term;
+}
+
+/// A change of a position; one that is none ends no slide, but voids it.
+static way_t motion(joint_t *x, position_t now, position_t before)
+{
+    const way_t moved = way_between(now, before);
+    if (way_beyond(moved, x->params.fastest))
+    {
+        x->slide.ticks = JOINT_TICKS_MAX;
+        return 0;
+    }
+    return moved;
+}
+
+force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t q)
+{
+    if (joint->made == 0u)
+    {
+        return 0;
+    }
+    const bool is_bad = position_is_bad(q_ref) || position_is_bad(q);
+    if (is_bad || effort_is_bad(effort))
+    {
+        count_one(&joint->bad_inputs);
+    }
+    const force_t sound = effort_is_bad(effort) ? 0 : effort;
+    if (!is_bad)
+    {
+        if (joint->runs == 0u)
+        {
+            joint->runs  = 1;
+            joint->q_ref = q_ref;
+            joint->q     = q;
+        }
+        const way_t intended = motion(joint, q_ref, joint->q_ref);
+        const way_t measured = motion(joint, q, joint->q);
+        const way_t off      = way_between(q_ref, q);
+        joint->q_ref         = q_ref;
+        joint->q             = q;
+        direct(joint, intended, off, sound);
+        guard(joint, intended, measured, off);
+        slide_on(joint, intended, measured, off);
+    }
+    const force_t most = joint->params.effort_max;
+    const force_t sum  = plus(plus(sound, joint->load), term_of(joint, sound));
+    const force_t u    = within_of(sum, -most, most);
+    if (u != sum)
+    {
+        count_one(&joint->limited_ticks);
+    }
+    joint->lagged = force_track(joint->lagged, u, joint->params.actuator_part);
+    return u;
+}
+
+void joint_load(joint_t *joint, force_t load)
+{
+    if (effort_is_bad(load))
+    {
+        count_one(&joint->bad_inputs);
+        return;
+    }
+    joint->load = load;
+}
+
+void joint_restore(joint_t *joint)
+{
+    joint->cause   = TRIBO_JOINT_SOUND;
+    joint->turns   = 0;
+    joint->against = 0;
+    joint->astray  = 0;
+}

@@ -1,0 +1,47 @@
+// What both arithmetics of a joint share: constants, and the check of a config.
+
+#ifndef TRIBO_JOINT_JOINT_CONFIG_H
+#define TRIBO_JOINT_JOINT_CONFIG_H
+
+#include "tribo/joint_f32.h"
+
+#define JOINT_GAIN           0.9f
+#define JOINT_UNLEARNED      2     // part of the believed friction that is used: one over that
+#define JOINT_REST_TIME      0.05f // s without motion of q_ref
+#define JOINT_FADE_TIME      0.05f // s, of the guard
+#define JOINT_LEVEL_TIME     0.1f  // s, time constant of a change of what is taken out
+#define JOINT_JUMP_TIME      2.1f  // of the term, over the lag from u to the joint
+#define JOINT_LAG_TICKS      2.0f  // of that lag, beside the actuator's
+#define JOINT_OBSERVER_TIME  0.8f  // over that lag
+#define JOINT_OBSERVER_TICKS 5.0f
+#define JOINT_OBSERVER_LEAST 0.01f   // s
+#define JOINT_FASTEST        1000.0f // travels in a tick
+#define JOINT_DEADBAND       4       // halves of a travel
+#define JOINT_ASTRAY         32      // halves of a travel
+#define JOINT_MODEL          0.1f    // of the friction: what a mean of slides leaves out
+#define JOINT_SLOW_MIN       16      // halves of a travel
+#define JOINT_SLIDE_MIN      32      // halves of a travel
+#define JOINT_TURNS          4u      // at rest
+#define JOINT_AGAINST        4u      // slides
+#define JOINT_INTERVAL       1.1f    // of the friction, on either side
+#define JOINT_TICKS_MAX      (UINT32_C(1) << 20)
+
+/// In ticks, or as a fraction of a tick.
+typedef struct
+{
+    float jump, level_part, observer_part, actuator_part, fade_step;
+    float rest_ticks;
+} joint_rates_t;
+
+/// TRIBO_OK, or the status of the first wrong field.
+tribo_status_t tribo_joint_config_check(const tribo_joint_config_t *config);
+
+joint_rates_t tribo_joint_config_rates(const tribo_joint_config_t *config);
+
+/// The end-point force of `effort` less the friction of the motion, -1 to 1; `more`: what the interval is wider by.
+tribo_joint_force_t tribo_joint_force_of(float effort, float friction, float direction, float more);
+
+/// Friction and its interval, up to `most` before it is learned; the rest of a report is 0.
+tribo_joint_report_t tribo_joint_report_of(float friction, float spread, bool is_learned, float most);
+
+#endif

@@ -1,0 +1,146 @@
+#include "tribo/joint_f32.h"
+
+#include "../number/first_order_f32.h"
+#include "../number/words_f32.h"
+#include "joint_config.h"
+
+#include <stddef.h>
+
+typedef float position_t;
+typedef float way_t;
+typedef float long_t;
+
+#define SMALLEST     1.0e-30f
+#define POSITION_MAX 1.0e9f
+#define EFFORT_MAX   1.0e9f
+
+static inline bool position_is_bad(position_t q)
+{
+    return exceeds(q, POSITION_MAX);
+}
+
+static inline bool effort_is_bad(force_t effort)
+{
+    return exceeds(effort, EFFORT_MAX);
+}
+
+static inline way_t way_between(position_t a, position_t b)
+{
+    return a - b;
+}
+
+static inline way_t way_plus(way_t a, way_t b)
+{
+    return a + b;
+}
+
+static inline way_t way_within(way_t x, way_t half)
+{
+    return bound_f32(x, half);
+}
+
+static inline bool way_beyond(way_t x, way_t most)
+{
+    return exceeds(x, most);
+}
+
+static inline way_t way_track(way_t x, way_t input, float part)
+{
+    return first_order_f32_step(x, input, part);
+}
+
+static inline force_t force_track(force_t x, force_t input, float part)
+{
+    return first_order_f32_step(x, input, part);
+}
+
+static inline float direction_track(float x, int8_t side, float part)
+{
+    return side != 0 ? first_order_f32_step(x, (float)side, part) : x - 0.125f * part * x;
+}
+
+static inline long_t work_of(force_t effort, way_t moved)
+{
+    return effort * moved;
+}
+
+static inline force_t mean_effort(long_t work, long_t travel)
+{
+    return work / travel;
+}
+
+static inline bool is_too_long(long_t travel)
+{
+    (void)travel;
+    return false;
+}
+
+static inline force_t halved(force_t size, uint32_t times)
+{
+    return size / (float)(1u << times);
+}
+
+static inline fade_t fade_step(fade_t share, bool rises, fade_t step)
+{
+    return limit_f32(rises ? share + 0.125f * step : share - step, 0.0f, 1.0f);
+}
+
+#include "joint.h"
+
+tribo_status_t tribo_joint_f32_init(tribo_joint_f32_t *joint, const tribo_joint_config_t *config)
+{
+    if (joint == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    const tribo_status_t status = tribo_joint_config_check(config);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    const joint_rates_t rates = tribo_joint_config_rates(config);
+    *joint                    = (tribo_joint_f32_t){.params   = {.effort_max    = config->effort_max,
+                                                                 .half          = 0.5f * config->travel,
+                                                                 .fastest       = JOINT_FASTEST * config->travel,
+                                                                 .gain          = config->gain,
+                                                                 .jump          = rates.jump,
+                                                                 .level_part    = rates.level_part,
+                                                                 .observer_part = rates.observer_part,
+                                                                 .actuator_part = rates.actuator_part,
+                                                                 .fade_step     = rates.fade_step,
+                                                                 .rest_ticks    = (uint32_t)rates.rest_ticks},
+                                                    .made     = 1,
+                                                    .share    = 1.0f,
+                                                    .friction = config->breakaway,
+                                                    .still    = (uint32_t)rates.rest_ticks};
+    return TRIBO_OK;
+}
+
+tribo_status_t tribo_joint_f32_gain(tribo_joint_f32_t *joint, float gain)
+{
+    if (!within(gain, 0.0f, 1.0f))
+    {
+        return TRIBO_ERR_JOINT_GAIN;
+    }
+    joint->params.gain = gain;
+    return TRIBO_OK;
+}
+
+tribo_joint_force_t tribo_joint_f32_force(const tribo_joint_f32_t *joint)
+{
+    return tribo_joint_force_of(joint->lagged - joint->load,
+                                joint->friction,
+                                joint->direction,
+                                joint->learned != 0u ? 0.0f : joint->params.effort_max);
+}
+
+void tribo_joint_f32_report(const tribo_joint_f32_t *joint, tribo_joint_report_t *report)
+{
+    *report = tribo_joint_report_of(joint->friction, joint->spread, joint->learned != 0u, joint->params.effort_max);
+
+    report->load          = joint->offset;
+    report->share         = joint->share;
+    report->cause         = (tribo_joint_cause_t)joint->cause;
+    report->bad_inputs    = joint->bad_inputs;
+    report->limited_ticks = joint->limited_ticks;
+}

@@ -1,0 +1,187 @@
+#include "tribo/joint_q31.h"
+
+#include "../number/fixed_q31.h"
+#include "../number/words_q31.h"
+#include "joint_config.h"
+
+#include <stddef.h>
+
+typedef int32_t position_t; ///< counts, which may wrap
+typedef int32_t way_t;      ///< Q12 of a count
+typedef int64_t long_t;
+
+#define SMALLEST      1
+#define COUNT         4096      // Q12
+#define WAY_MAX       (1 << 30) // Q12 of a count
+#define TRAVEL_MAX    1.0e4f    // counts
+#define LONG_MAX_WAY  (INT64_C(1) << 38)
+#define WORK_FRACTION 256 // of Q31, so that a slide's work fits 64 bits
+#define WORK_SHIFT    23
+#define DIRECTION_ONE (1 << 30)
+#define EFFORT_UNIT   (1.0f / 2147483648.0f)
+
+static inline bool position_is_bad(position_t q)
+{
+    (void)q;
+    return false;
+}
+
+static inline bool effort_is_bad(force_t effort)
+{
+    (void)effort;
+    return false;
+}
+
+static inline way_t way_between(position_t a, position_t b)
+{
+    const int32_t counts = difference_q31(a, b);
+    return COUNT * limit_q31(counts, -WAY_MAX / COUNT, WAY_MAX / COUNT);
+}
+
+static inline way_t way_plus(way_t a, way_t b)
+{
+    return plus(a, b);
+}
+
+static inline way_t way_within(way_t x, way_t half)
+{
+    return limit_q31(x, -half, half);
+}
+
+static inline bool way_beyond(way_t x, way_t most)
+{
+    return exceeds_q31(x, most);
+}
+
+/// By a unit at least: what a low pass stops short of would be a motion for ever.
+static inline way_t way_track(way_t x, way_t input, uint32_t part)
+{
+    const int32_t left = difference_q31(input, x);
+    const int32_t step = part_of_q31(left, part);
+    return sum_q31(x, step != 0 ? step : (left > 0) - (left < 0));
+}
+
+static inline force_t force_track(force_t x, force_t input, uint32_t part)
+{
+    return plus(x, part != UINT32_MAX ? part_of_q31(minus(input, x), part) : minus(input, x));
+}
+
+static inline int32_t direction_track(int32_t x, int8_t side, uint32_t part)
+{
+    return side != 0 ? first_order_q31_step(x, side * DIRECTION_ONE, part) : x - part_of_q31(x, part / 8u);
+}
+
+static inline long_t work_of(force_t effort, way_t moved)
+{
+    return tribo_q31_multiply(effort / WORK_FRACTION, moved);
+}
+
+/// W/X in Q31; both are scaled until X fits 32 bits.
+static inline force_t mean_effort(long_t work, long_t travel)
+{
+    uint64_t over  = (uint64_t)(work < 0 ? -work : work) >> WORK_SHIFT;
+    uint64_t under = (uint64_t)travel;
+    while (under > UINT32_MAX)
+    {
+        under >>= 1;
+        over >>= 1;
+    }
+    const int32_t mean = (int32_t)ratio_q31((uint32_t)over, (uint32_t)under);
+    return work < 0 ? -mean : mean;
+}
+
+static inline bool is_too_long(long_t travel)
+{
+    return travel > LONG_MAX_WAY || travel < -LONG_MAX_WAY;
+}
+
+/// Of a size of 0 or more.
+static inline force_t halved(force_t size, uint32_t times)
+{
+    return size >> times;
+}
+
+static inline fade_t fade_step(fade_t share, bool rises, fade_t step)
+{
+    const fade_t by = rises ? step / 8u : step;
+    if (rises)
+    {
+        return share < ALL - by ? share + by : ALL;
+    }
+    return share > by ? share - by : 0u;
+}
+
+#include "joint.h"
+
+tribo_status_t tribo_joint_q31_init(tribo_joint_q31_t *joint, const tribo_joint_config_t *config)
+{
+    if (joint == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    const tribo_status_t status = tribo_joint_config_check(config);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    if (!within(config->travel, 1.0f, TRAVEL_MAX))
+    {
+        return TRIBO_ERR_JOINT_TRAVEL;
+    }
+    const joint_rates_t rates = tribo_joint_config_rates(config);
+    const int32_t       half  = (int32_t)(0.5f * config->travel * (float)COUNT);
+    *joint                    = (tribo_joint_q31_t){.params   = {.effort_max    = INT32_MAX,
+                                                                 .half          = half,
+                                                                 .fastest       = half < WAY_MAX / 2000 ? 2000 * half : WAY_MAX - 1,
+                                                                 .gain          = fixed_unsigned(config->gain, 32),
+                                                                 .jump          = fixed_unsigned(rates.jump, 32),
+                                                                 .level_part    = fixed_unsigned(rates.level_part, 32),
+                                                                 .observer_part = fixed_unsigned(rates.observer_part, 32),
+                                                                 .actuator_part = fixed_unsigned(rates.actuator_part, 32),
+                                                                 .fade_step     = fixed_unsigned(rates.fade_step, 32),
+                                                                 .rest_ticks    = (uint32_t)rates.rest_ticks,
+                                                                 .unit          = config->effort_max},
+                                                    .made     = 1,
+                                                    .share    = ALL,
+                                                    .friction = fixed_force(config->breakaway, config->effort_max),
+                                                    .still    = (uint32_t)rates.rest_ticks};
+    return TRIBO_OK;
+}
+
+tribo_status_t tribo_joint_q31_gain(tribo_joint_q31_t *joint, float gain)
+{
+    if (!within(gain, 0.0f, 1.0f))
+    {
+        return TRIBO_ERR_JOINT_GAIN;
+    }
+    joint->params.gain = fixed_unsigned(gain, 32);
+    return TRIBO_OK;
+}
+
+static float effort_of(const tribo_joint_q31_t *joint, int32_t x)
+{
+    return (float)x * EFFORT_UNIT * joint->params.unit;
+}
+
+tribo_joint_force_t tribo_joint_q31_force(const tribo_joint_q31_t *joint)
+{
+    const float effort = effort_of(joint, joint->lagged) - effort_of(joint, joint->load);
+    return tribo_joint_force_of(effort,
+                                effort_of(joint, joint->friction),
+                                (float)joint->direction / (float)DIRECTION_ONE,
+                                joint->learned != 0u ? 0.0f : joint->params.unit);
+}
+
+void tribo_joint_q31_report(const tribo_joint_q31_t *joint, tribo_joint_report_t *report)
+{
+    *report = tribo_joint_report_of(effort_of(joint, joint->friction),
+                                    effort_of(joint, joint->spread),
+                                    joint->learned != 0u,
+                                    joint->params.unit);
+
+    report->load          = effort_of(joint, joint->offset);
+    report->share         = (float)joint->share * (0.5f * EFFORT_UNIT);
+    report->cause         = (tribo_joint_cause_t)joint->cause;
+    report->bad_inputs    = joint->bad_inputs;
+    report->limited_ticks = joint->limited_ticks;
+}

@@ -1,0 +1,98 @@
+// The first half of a tick, up to the controller's error: a text for both arithmetics, behind loop_f32.h or loop_q31.h.
+
+/// What the first half leaves to the second.
+typedef struct
+{
+    loop_functions_t functions;
+    void            *memory;   ///< of the method; null: the controller is alone
+    force_t          friction; ///< f^ of the last tick, faded
+} loop_begun_t;
+
+/// The guard judges the friction added in this tick, and sets the fade for the next. Returns f^ of the last tick, faded. `tick` is of
+/// the method, if any.
+static force_t guarded_friction(const loop_params_t *params,
+                                loop_state_t        *state,
+                                const loop_tick_t   *tick,
+                                force_t              r,
+                                force_t              y)
+{
+    uint32_t      not_counted = 0;
+    const force_t f           = loop_faded(params, state);
+    force_t       judged      = 0;
+    if (params->method == NULL)
+    {
+        judged = loop_term(params, f, &not_counted);
+    }
+    else if (tick != NULL)
+    {
+        judged = tick->OF(friction);
+    }
+    if (!loop_sealed(state->guard, state->guard_seal))
+    {
+        count_one(&state->bad_inputs); // the fade stays
+        return f;
+    }
+    state->fade = ALL;
+    if (state->guard != NULL)
+    {
+        const bool good = !loop_input_is_bad(params, r, y);
+        state->fade     = params->guard->step(params->guard, state->guard, r, y, judged, good);
+    }
+    return f;
+}
+
+/// The controller's error by the method; `e` where the method has no memory, and the controller is alone.
+static force_t method_error(const loop_params_t *params,
+                            loop_state_t        *state,
+                            void                *memory,
+                            loop_functions_t    *functions,
+                            force_t              r,
+                            force_t              y,
+                            force_t              e)
+{
+    if (memory == NULL)
+    {
+        if (!loop_sealed(state->memory, state->memory_seal))
+        {
+            count_one(&state->bad_inputs);
+        }
+        return e;
+    }
+    params->method->functions(functions);
+    return functions->error(params, memory, r, y, loop_fade(params, state));
+}
+
+/// Counts a bad input, takes other params over, and asks the method and the guard. Returns the controller's error.
+static inline force_t loop_begin(const loop_params_t *params,
+                                 loop_state_t        *state,
+                                 force_t              r,
+                                 force_t              y,
+                                 loop_begun_t        *begun)
+{
+    // The error is 0 for a bad input: u coasts on the controller's state.
+    force_t e = 0;
+    if (loop_input_is_bad(params, r, y))
+    {
+        count_one(&state->bad_inputs);
+    }
+    else
+    {
+        e = loop_error(state, r, y);
+    }
+    if (state->active != params)
+    {
+        loop_change(params, state, r, y, e);
+    }
+    begun->memory = NULL;
+    if (params->method != NULL)
+    {
+        begun->memory = loop_memory(state);
+        e             = method_error(params, state, begun->memory, &begun->functions, r, y, e);
+    }
+    begun->friction = state->OF(friction);
+    if (params->guard != NULL)
+    {
+        begun->friction = guarded_friction(params, state, begun->memory, r, y);
+    }
+    return e;
+}

@@ -1,0 +1,513 @@
+// An axis is the loop, the guard and the method below it, and nothing else: same bits. What it adds: a config that names its next missing
+// field, a controller of the caller's, a change of config, a report, and a blob of what is learned. On a plant of its own.
+
+#include ARITH_HEADER
+#include "same.h"
+
+#include "tribo/axis_q31.h"
+#include "unity.h"
+
+#include <string.h>
+
+typedef TRIBO(axis, t) axis_t;
+typedef TRIBO(axis, params_t) axis_params_t;
+typedef TRIBO(axis, blob_t) axis_blob_t;
+
+#define H      1e-3
+#define PERIOD 8000 // ticks of the triangle
+
+#define ASSERT_BELOW(most, x)  TEST_ASSERT_DOUBLE_WITHIN(most, 0.0, x)
+#define ASSERT_ABOVE(least, x) TEST_ASSERT_TRUE_MESSAGE((x) > (least), #x " is not above " #least)
+
+static axis_t axis;
+
+void setUp(void)
+{
+    memset(&axis, 0, sizeof axis);
+}
+
+void tearDown(void)
+{
+}
+
+static tribo_status_t init(axis_t *x, const tribo_axis_f32_config_t *config)
+{
+    return TRIBO_EITHER(TRIBO(axis, init)(x, config), TRIBO(axis, init)(x, config, (float)FULL_SCALE_N));
+}
+
+static tribo_status_t prepare(axis_params_t *next, const tribo_axis_f32_config_t *config)
+{
+    return TRIBO_EITHER(TRIBO(axis, prepare)(next, config), TRIBO(axis, prepare)(next, config, (float)FULL_SCALE_N));
+}
+
+/// A rig whose breakaway is believed at `belief` times the plant's.
+static tribo_axis_f32_config_t rig(float belief)
+{
+    tribo_axis_f32_config_t config             = tribo_axis_f32_config();
+    config.sample_time_s                       = (float)H;
+    config.u_min_n                             = -1.0f;
+    config.u_max_n                             = 1.0f;
+    config.positive                            = (tribo_breakaway_f32_t){0.03f * belief, 0.3f * belief};
+    config.arm_lag_s                           = 0.0075f;
+    config.controller                          = tribo_pi(0.5f, 27.0f);
+    config.feedforward.actuator_pole_rad_per_s = 200.0f;
+    config.feedforward.sensor_pole_rad_per_s   = 55.0f;
+    return config;
+}
+
+typedef struct
+{
+    double actuator, force, reading;
+} plant_t;
+
+/// As the background would.
+static void learn(axis_t *x)
+{
+#if TRIBO_IS_Q31
+    (void)tribo_axis_q31_learn(x);
+#else
+    (void)x; // has learned in its tick
+#endif
+}
+
+/// A pole at 200 rad/s, an arm with a lag of 7.5 ms between its breakaways, a sensor with a pole at 55 rad/s.
+static void plant_step(plant_t *x, double u)
+{
+    const double breakaway = 0.03 + 0.3 * fabs(x->force);
+    x->actuator += 0.1813 * (u - x->actuator);
+    const double held = fmin(x->actuator + breakaway, fmax(x->actuator - breakaway, x->force));
+    x->force += 0.125 * (held - x->force);
+    x->reading += 0.0535 * (x->force - x->reading);
+}
+
+static double triangle(long tick)
+{
+    const double phase = (double)(tick % PERIOD) / PERIOD;
+    return 0.1 + 0.5 * (phase < 0.5 ? phase : 1.0 - phase);
+}
+
+/// Runs from tick `from` to `to`, and returns the RMS error; the largest change of u in a tick is *jump.
+static double run(axis_t *x, plant_t *plant, long from, long to, double *jump)
+{
+    double sum = 0.0;
+    double was = plant->actuator;
+    *jump      = 0.0;
+    for (long tick = from; tick < to; tick++)
+    {
+        const double r = triangle(tick);
+        const double u = from_force(TRIBO(axis, step)(x, to_force(r), to_force(plant->reading)));
+        learn(x);
+        *jump = tick > from ? fmax(*jump, fabs(u - was)) : *jump;
+        was   = u;
+        plant_step(plant, u);
+        sum += (r - plant->force) * (r - plant->force);
+    }
+    return sqrt(sum / (double)(to - from));
+}
+
+static void test_an_empty_config_is_refused_field_by_field(void)
+{
+    const tribo_axis_f32_config_t whole  = rig(1.0f);
+    tribo_axis_f32_config_t       config = tribo_axis_f32_config();
+
+    TEST_ASSERT_EQUAL(TRIBO_ERR_SAMPLE_TIME, init(&axis, &config));
+    config.sample_time_s = whole.sample_time_s;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_U_MAX, init(&axis, &config));
+    config.u_min_n = whole.u_min_n;
+    config.u_max_n = whole.u_max_n;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_CONTROLLER, init(&axis, &config));
+    TEST_ASSERT_EQUAL_STRING("controller: none; tribo_pi, tribo_sections, tribo_paper or tribo_own",
+                             tribo_status_text(TRIBO_ERR_AXIS_CONTROLLER));
+    config.controller = whole.controller;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_BREAKAWAY_OFFSET, init(&axis, &config));
+    config.positive = whole.positive;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_ACTUATOR_POLE, init(&axis, &config));
+    config.feedforward.actuator_pole_rad_per_s = 200.0f;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_SENSOR_POLE, init(&axis, &config));
+    config.feedforward.sensor_pole_rad_per_s = 55.0f;
+    const axis_t untouched                   = {0};
+    TEST_ASSERT_EQUAL_MEMORY(&untouched, &axis, sizeof axis);
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+}
+
+static tribo_status_t refused(const tribo_axis_f32_config_t *config)
+{
+    axis_params_t        params = {0};
+    const tribo_status_t status = prepare(&params, config);
+    TEST_ASSERT_TRUE((params.loop.method == NULL) == (status != TRIBO_OK));
+    return status;
+}
+
+static void test_each_field_is_checked(void)
+{
+    const float bad[] = {NAN, INFINITY, -INFINITY, -1e9f, 1e9f};
+    for (uint32_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+    {
+        tribo_axis_f32_config_t config = rig(1.0f);
+        config.sample_time_s           = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_SAMPLE_TIME, refused(&config));
+        config         = rig(1.0f);
+        config.u_min_n = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_U_MIN, refused(&config));
+        config         = rig(1.0f);
+        config.u_max_n = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_U_MAX, refused(&config));
+        config             = rig(1.0f);
+        config.input_max_n = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_INPUT_MAX, refused(&config));
+        config           = rig(1.0f);
+        config.arm_lag_s = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_LAG, refused(&config));
+        config               = rig(1.0f);
+        config.usual_force_n = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_USUAL_FORCE, refused(&config));
+        config           = rig(1.0f);
+        config.gravity_n = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_GRAVITY, refused(&config));
+        config                = rig(1.0f);
+        config.negative       = config.positive;
+        config.negative.slope = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_BREAKAWAY_NEGATIVE_SLOPE, refused(&config));
+        config            = rig(1.0f);
+        config.controller = tribo_pi(bad[i], 27.0f);
+        TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_PI, refused(&config));
+        config.controller = tribo_pi(0.5f, bad[i]);
+        TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_PI, refused(&config));
+    }
+    tribo_axis_f32_config_t config = rig(1.0f);
+    config.controller              = tribo_pi(0.5f, 1001.0f); // its zero would be outside of the unit circle
+    TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_PI, refused(&config));
+    config.controller = tribo_pi(0.5f, 0.0f);
+    TEST_ASSERT_EQUAL(TRIBO_OK, refused(&config));
+    config.negative.slope = 0.3f;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_BREAKAWAY_NEGATIVE_OFFSET, refused(&config));
+    config.negative.slope = 0.0f;
+    config.controller     = tribo_sections(NULL, 2);
+    TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, refused(&config));
+    config.controller = tribo_paper();
+    TEST_ASSERT_EQUAL(TRIBO_OK, refused(&config));
+    config.sample_time_s = 0.002f;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_PAPER_SAMPLE_TIME, refused(&config));
+    config         = rig(1.0f);
+    config.noise_n = NAN;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_GUARD_STRAY, refused(&config));
+    config           = rig(1.0f);
+    config.arm_lag_s = 0.0f; // none that is known
+    TEST_ASSERT_EQUAL(TRIBO_OK, refused(&config));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, prepare(NULL, &config));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, refused(NULL));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, init(NULL, &config));
+}
+
+static void test_before_the_init_an_axis_puts_out_nothing(void)
+{
+    tribo_axis_report_t report;
+    axis_blob_t         blob;
+
+    TEST_ASSERT_TRUE(TRIBO(axis, step)(&axis, to_force(0.5), to_force(0.1)) == 0);
+    TEST_ASSERT_TRUE(TRIBO(axis, error)(&axis, to_force(0.5), to_force(0.1)) == 0);
+    TEST_ASSERT_TRUE(TRIBO(axis, command)(&axis, to_force(0.5)) == 0);
+    TEST_ASSERT_TRUE(TRIBO(axis, excess)(&axis) == 0);
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, report.share);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, report.high_n[0]);
+    TEST_ASSERT_NULL(tribo_axis_warning(&report.warnings));
+    TRIBO(axis, export)(&axis, &blob);
+    TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_ORDER, TRIBO(axis, import)(&axis, &blob));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_ORDER, TRIBO(axis, change)(&axis, &axis.params));
+}
+
+static void test_an_axis_is_the_loop_below_it(void)
+{
+    const tribo_axis_f32_config_t config = rig(0.8f);
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+
+    TRIBO(force_loop, state_t) loop;
+    TRIBO(guard, state_t) guard;
+    static TRIBO(feedforward, memory_t) memory;
+    TRIBO(guard, reset)(&guard);
+    TRIBO(force_loop, reset)(&loop);
+    TRIBO(feedforward, reset)(&memory.state);
+    TRIBO(force_loop_feedforward, attach)(&loop, &memory);
+    TRIBO(guard, attach)(&loop, &guard);
+    plant_t plant = {0};
+    for (long tick = 0; tick < 2 * PERIOD; tick++)
+    {
+        const tribo_force_t r = to_force(triangle(tick));
+        const tribo_force_t y = tick % 500 == 499 ? to_force(FULL_SCALE_N * 10.0) : to_force(plant.reading);
+        const tribo_force_t u = TRIBO(axis, step)(&axis, r, y);
+        learn(&axis);
+        TEST_ASSERT_TRUE(u == TRIBO(force_loop, step)(&axis.params.loop, &loop, r, y, NULL));
+        (void)TRIBO(feedforward, learn)(&axis.params.loop, &memory);
+        plant_step(&plant, from_force(u));
+    }
+    tribo_axis_report_t report;
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_EQUAL(loop.bad_inputs, report.bad_inputs);
+    TEST_ASSERT_EQUAL(2 * PERIOD / 500, report.bad_inputs);
+}
+
+static void test_friction_is_gone_and_its_interval_holds_it(void)
+{
+    const float beliefs[] = {0.7f, 1.0f, 1.3f};
+    for (uint32_t i = 0; i < 3; i++)
+    {
+        double                        jump;
+        plant_t                       plant  = {0};
+        const tribo_axis_f32_config_t config = rig(beliefs[i]);
+        TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+        tribo_axis_report_t first;
+        TRIBO(axis, report)(&axis, &first);
+        (void)run(&axis, &plant, 0, 4 * PERIOD, &jump);
+        const double error = run(&axis, &plant, 4 * PERIOD, 5 * PERIOD, &jump);
+
+        tribo_axis_report_t report;
+        TRIBO(axis, report)(&axis, &report);
+        ASSERT_BELOW(1.5e-3, error);
+        TEST_ASSERT_EQUAL(0, report.warnings);
+        ASSERT_ABOVE(2.0, (double)report.times_less);
+        TEST_ASSERT_EQUAL_FLOAT(1.0f, report.share);
+        ASSERT_ABOVE(1.0, (double)report.travel_n);
+        const double truth = 0.03 + 0.3 * 0.25; // at a quarter of the limit
+        for (uint32_t direction = 0; direction < 2; direction++)
+        {
+            TEST_ASSERT_TRUE((double)report.low_n[direction] < truth && truth < (double)report.high_n[direction]);
+            TEST_ASSERT_TRUE(report.low_n[direction] < report.breakaway_n[direction]);
+            const float before = first.high_n[direction] - first.low_n[direction];
+            TEST_ASSERT_TRUE(report.high_n[direction] - report.low_n[direction] < 0.5f * before);
+        }
+    }
+}
+
+/// A PI by hand, with back-calculation.
+static double my_pi(double *integral, double e, double excess)
+{
+    *integral += 27.0 * H * e + 0.5 * excess;
+    return 0.5 * e + *integral;
+}
+
+static void test_a_controller_of_the_callers_stays_in_place(void)
+{
+    tribo_axis_f32_config_t config = rig(1.0f);
+    config.controller              = tribo_own();
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    plant_t plant    = {0};
+    double  integral = 0.0;
+    double  sum      = 0.0;
+    for (long tick = 0; tick < 5 * PERIOD; tick++)
+    {
+        const double r = triangle(tick);
+        const double e = from_force(TRIBO(axis, error)(&axis, to_force(r), to_force(plant.reading)));
+        const double v = my_pi(&integral, e, from_force(TRIBO(axis, excess)(&axis)));
+        plant_step(&plant, from_force(TRIBO(axis, command)(&axis, to_force(v))));
+        learn(&axis);
+        sum += tick < 4 * PERIOD ? 0.0 : (r - plant.force) * (r - plant.force);
+    }
+    ASSERT_BELOW(1.5e-3, sqrt(sum / PERIOD));
+}
+
+static void test_the_limit_is_told_to_the_callers_controller(void)
+{
+    tribo_axis_f32_config_t config = rig(1.0f);
+    config.controller              = tribo_own();
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    (void)TRIBO(axis, error)(&axis, 0, 0);
+    const double inside = from_force(TRIBO(axis, command)(&axis, to_force(0.25)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.25, inside);
+    TEST_ASSERT_TRUE(TRIBO(axis, excess)(&axis) == 0);
+    (void)TRIBO(axis, error)(&axis, 0, 0);
+    TEST_ASSERT_TRUE(TRIBO(axis, command)(&axis, to_force(1.5)) == axis.params.loop.controller.TRIBO_N(u_max));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, -0.5, from_force(TRIBO(axis, excess)(&axis)));
+    tribo_axis_report_t report;
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_EQUAL(1, report.limited_ticks);
+#if !TRIBO_IS_Q31
+    const float bad[] = {NAN, INFINITY, -INFINITY, 1e30f};
+    for (uint32_t i = 0; i < 4; i++)
+    {
+        (void)TRIBO(axis, error)(&axis, 0, 0);
+        TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.0f, TRIBO(axis, command)(&axis, bad[i]));
+    }
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_EQUAL(4, report.bad_inputs);
+#endif
+}
+
+static void test_a_loop_without_a_method_has_a_callers_controller_alone(void)
+{
+    TRIBO(force_loop, params_t) params;
+    TRIBO(force_loop, state_t) state;
+    tribo_point_t                       table[TRIBO_BREAKAWAY_POINTS_MAX];
+    const tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
+    TEST_ASSERT_EQUAL(TRIBO_OK, tribo_init_loop(&params, table, &config, (float)FULL_SCALE_N));
+    TRIBO(force_loop, reset)(&state);
+    tribo_force_t excess = 1;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6,
+                              0.25,
+                              from_force(TRIBO(force_loop, error)(&params, &state, to_force(0.5), to_force(0.25))));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6,
+                              0.25,
+                              from_force(TRIBO(force_loop, command)(&params, &state, to_force(0.25), &excess)));
+    TEST_ASSERT_TRUE(excess == 0);
+    TEST_ASSERT_EQUAL_PTR(&params, state.active);
+}
+
+static void test_another_config_does_not_bump_and_keeps_what_is_learned(void)
+{
+    double                  jump;
+    double                  usual;
+    plant_t                 plant  = {0};
+    tribo_axis_f32_config_t config = rig(0.7f);
+    static axis_params_t    next;
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_ORDER, TRIBO(axis, change)(&axis, &next));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, TRIBO(axis, change)(&axis, NULL));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, TRIBO(axis, change)(NULL, &next));
+    (void)run(&axis, &plant, 0, 4 * PERIOD + 300, &jump);
+    (void)run(&axis, &plant, 4 * PERIOD + 300, 4 * PERIOD + 500, &usual); // straight
+    tribo_axis_report_t before;
+    TRIBO(axis, report)(&axis, &before);
+
+    config.sample_time_s = 0.5f * config.sample_time_s;
+    TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&next, &config));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_SAMPLE_TIME, TRIBO(axis, change)(&axis, &next));
+    config.sample_time_s = (float)H;
+    config.controller    = tribo_pi(0.3f, 15.0f);
+    TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&next, &config));
+    next.full_scale_n *= 2.0f;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_FULL_SCALE, TRIBO(axis, change)(&axis, &next));
+    next.full_scale_n *= 0.5f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, &next));
+    (void)run(&axis, &plant, 4 * PERIOD + 500, 4 * PERIOD + 700, &jump);
+    ASSERT_BELOW(2.0 * usual + 1e-5, jump);
+
+    tribo_axis_report_t after;
+    TRIBO(axis, report)(&axis, &after);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f * before.breakaway_n[0], before.breakaway_n[0], after.breakaway_n[0]);
+    (void)run(&axis, &plant, 4 * PERIOD + 700, 6 * PERIOD, &jump);
+    ASSERT_BELOW(2.5e-3, run(&axis, &plant, 6 * PERIOD, 7 * PERIOD, &jump));
+}
+
+static void test_what_is_learned_outlives_a_loss_of_power(void)
+{
+    double                        jump;
+    double                        usual;
+    plant_t                       plant  = {0};
+    const tribo_axis_f32_config_t config = rig(0.7f);
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    (void)run(&axis, &plant, 0, 4 * PERIOD + 300, &jump);
+    axis_blob_t         blob;
+    tribo_axis_report_t before;
+    tribo_axis_report_t after;
+    TRIBO(axis, export)(&axis, &blob);
+    TRIBO(axis, report)(&axis, &before);
+
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    TRIBO(axis, report)(&axis, &after);
+    TEST_ASSERT_TRUE(before.breakaway_n[0] > 1.1f * after.breakaway_n[0]);
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, import)(&axis, &blob));
+    TRIBO(axis, report)(&axis, &after);
+    TEST_ASSERT_EQUAL_FLOAT(before.breakaway_n[0], after.breakaway_n[0]);
+    TEST_ASSERT_FLOAT_WITHIN(0.05f * before.low_n[1], before.low_n[1], after.low_n[1]); // at no sample's force now
+
+    // Into an axis that runs: u goes on.
+    (void)run(&axis, &plant, 4 * PERIOD + 300, 4 * PERIOD + 500, &jump);
+    (void)run(&axis, &plant, 4 * PERIOD + 500, 4 * PERIOD + 700, &usual);
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, import)(&axis, &blob));
+    (void)run(&axis, &plant, 4 * PERIOD + 699, 4 * PERIOD + 800, &jump);
+    ASSERT_BELOW(3.0 * usual + 1e-4, jump);
+    TRIBO(axis, report)(&axis, &after);
+    TEST_ASSERT_EQUAL(0, after.forgotten);
+}
+
+static void test_a_blob_with_a_flipped_bit_is_refused(void)
+{
+    double                  jump;
+    plant_t                 plant  = {0};
+    tribo_axis_f32_config_t config = rig(0.7f);
+    axis_blob_t             blob;
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    (void)run(&axis, &plant, 0, PERIOD, &jump);
+    TRIBO(axis, export)(&axis, &blob);
+    const axis_t before = axis;
+    for (size_t bit = 0; bit < 8u * sizeof blob; bit++)
+    {
+        unsigned char *const byte = (unsigned char *)&blob + bit / 8u;
+        *byte                     = (unsigned char)(*byte ^ (1u << bit % 8u));
+        TEST_ASSERT_EQUAL(bit < 32u ? TRIBO_ERR_BLOB_VERSION : TRIBO_ERR_BLOB_CHECKSUM,
+                          TRIBO(axis, import)(&axis, &blob));
+        *byte = (unsigned char)(*byte ^ (1u << bit % 8u));
+    }
+    TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, TRIBO(axis, import)(&axis, NULL));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, TRIBO(axis, import)(NULL, &blob));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &axis, sizeof axis);
+    config.negative = (tribo_breakaway_f32_t){0.03f, 0.2f};
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_BLOB_RIG, TRIBO(axis, import)(&axis, &blob));
+}
+
+static void test_each_warning_has_a_sentence_and_a_command_clears_what_is_latched(void)
+{
+    const tribo_axis_f32_config_t config = rig(1.0f);
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    tribo_axis_report_t report;
+    axis.guard.cause                   = TRIBO_GUARD_HUNTING;
+    axis.memory.state.learner.at_bound = TRIBO_FEEDFORWARD_BOUND_TURNS;
+    axis.memory.state.learner.harms    = 1;
+    axis.memory.state.forgotten        = 1;
+    axis.loop.bad_inputs               = 1;
+    axis.loop.controller.limited_ticks = 1;
+    TRIBO(axis, report)(&axis, &report);
+    for (uint32_t i = 0; i < 6; i++)
+    {
+        const char *const text = tribo_axis_warning(&report.warnings);
+        TEST_ASSERT_NOT_NULL(text);
+        TEST_ASSERT_TRUE(strlen(text) > 20);
+    }
+    TEST_ASSERT_NULL(tribo_axis_warning(&report.warnings));
+
+    axis.guard.cause = TRIBO_GUARD_OVERSHOOT;
+    TRIBO(axis, report)(&axis, &report);
+    uint32_t guards = report.warnings & ~7u; // behind those of inputs, limits and bounds
+    (void)tribo_axis_warning(&guards);
+    TEST_ASSERT_NOT_NULL(strstr(tribo_axis_warning(&guards), "overshot"));
+    TRIBO(axis, restore)(&axis);
+    TRIBO(axis, report)(&axis, &report);
+    (void)tribo_axis_warning(&report.warnings);
+    (void)tribo_axis_warning(&report.warnings);
+    TEST_ASSERT_NOT_NULL(strstr(tribo_axis_warning(&report.warnings), "corrupt"));
+    TEST_ASSERT_NULL(tribo_axis_warning(&report.warnings));
+}
+
+#if TRIBO_IS_Q31
+static void test_forces_fit_the_full_scale(void)
+{
+    tribo_axis_f32_config_t config = rig(1.0f);
+    TEST_ASSERT_EQUAL(TRIBO_ERR_FULL_SCALE, tribo_axis_q31_init(&axis, &config, NAN));
+    config.u_max_n = 3.0f;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_INPUT_MAX, init(&axis, &config));
+    config.input_max_n = 2.0f;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_U_MAX, init(&axis, &config));
+}
+#endif
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_an_empty_config_is_refused_field_by_field);
+    RUN_TEST(test_each_field_is_checked);
+    RUN_TEST(test_before_the_init_an_axis_puts_out_nothing);
+    RUN_TEST(test_an_axis_is_the_loop_below_it);
+    RUN_TEST(test_friction_is_gone_and_its_interval_holds_it);
+    RUN_TEST(test_a_controller_of_the_callers_stays_in_place);
+    RUN_TEST(test_the_limit_is_told_to_the_callers_controller);
+    RUN_TEST(test_a_loop_without_a_method_has_a_callers_controller_alone);
+    RUN_TEST(test_another_config_does_not_bump_and_keeps_what_is_learned);
+    RUN_TEST(test_what_is_learned_outlives_a_loss_of_power);
+    RUN_TEST(test_a_blob_with_a_flipped_bit_is_refused);
+    RUN_TEST(test_each_warning_has_a_sentence_and_a_command_clears_what_is_latched);
+#if TRIBO_IS_Q31
+    RUN_TEST(test_forces_fit_the_full_scale);
+#endif
+    return UNITY_END();
+}

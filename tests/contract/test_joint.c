@@ -1,0 +1,544 @@
+// A joint with current and encoder: what it learns from a position loop's effort, what it takes out, and what its guard does. The plant is a
+// mass with Coulomb friction, the loop a PD with an integral, both of this file.
+
+#include ARITH_HEADER
+
+#include "tribo/joint_q31.h"
+#include "unity.h"
+
+#include <string.h>
+
+typedef TRIBO(joint, t) joint_t;
+typedef tribo_force_t position_t;
+
+#define H        1e-3
+#define FRICTION 0.1    // of an effort of 1
+#define MOVE     1000   // ticks
+#define STROKE   4000.0 // counts
+#define TRAVEL   4.0
+#define MASS     2e-6 // effort over counts per second squared
+#define ONE      2147483648.0
+
+static joint_t joint;
+
+void setUp(void)
+{
+    memset(&joint, 0, sizeof joint);
+}
+
+void tearDown(void)
+{
+}
+
+static tribo_force_t effort_of(double x)
+{
+    return TRIBO_EITHER((float)x, (int32_t)(fmax(-1.0, fmin(x, 0.9999999995)) * ONE));
+}
+
+static double number(tribo_force_t x)
+{
+    return TRIBO_EITHER((double)x, (double)x / ONE);
+}
+
+static tribo_joint_config_t config_of(double breakaway)
+{
+    tribo_joint_config_t config    = tribo_joint_config();
+    config.sample_time_s           = (float)H;
+    config.effort_max              = 1.0f;
+    config.travel                  = (float)TRAVEL;
+    config.breakaway               = (float)breakaway;
+    config.actuator_pole_rad_per_s = 1000.0f;
+    return config;
+}
+
+static void begin(double breakaway)
+{
+    const tribo_joint_config_t config = config_of(breakaway);
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, init)(&joint, &config));
+}
+
+static tribo_joint_report_t report(void)
+{
+    tribo_joint_report_t x;
+    TRIBO(joint, report)(&joint, &x);
+    return x;
+}
+
+static double step(double effort, double q_ref, double q)
+{
+    return number(TRIBO(joint, step)(&joint, effort_of(effort), (position_t)q_ref, (position_t)q));
+}
+
+// --- a joint and its loop ------------------------------------------------------------------------------------------------------------
+
+typedef struct
+{
+    double actuator, position, speed, integral, last, asked[2]; // counts, counts a second
+    double friction, load, outer;
+    int    sign; // of the term
+} plant_t;
+
+/// A minimum-jerk stroke to and fro with rests between.
+static double wanted(long tick)
+{
+    const double s    = fmin(1.0, (double)(tick % MOVE) / (0.8 * MOVE));
+    const double bend = s * s * s * (10.0 + s * (6.0 * s - 15.0));
+    return tick / MOVE % 2 == 0 ? STROKE * bend : STROKE * (1.0 - bend);
+}
+
+/// One tick of joint and loop; returns the error in counts.
+static double plant_step(plant_t *x, double q_ref)
+{
+    const double q      = floor(x->position);
+    const double e      = q_ref - q;
+    x->integral         = fmax(-0.5, fmin(0.5, x->integral + 0.000005 * e));
+    const double v      = (q_ref - x->asked[0]) / H;
+    const double a      = (v - (x->asked[0] - x->asked[1]) / H) / H;
+    const double effort = fmax(-1.0, fmin(1.0, MASS * a + 0.004 * e + 0.0001 * (v - (q - x->last) / H) + x->integral));
+    const double u      = step(effort, q_ref, q);
+    const double used   = x->sign < 0 ? 2.0 * effort - u : u;
+    x->last             = q;
+    x->asked[1]         = x->asked[0];
+    x->asked[0]         = q_ref;
+    for (int i = 0; i < 10; i++)
+    {
+        const double h = H / 10.0;
+        x->actuator += (1.0 - exp(-1000.0 * h)) * (used - x->actuator);
+        const double push = x->actuator + x->load + x->outer + MASS * x->speed / h;
+        x->speed          = fabs(push) < x->friction ? 0.0 : (push - copysign(x->friction, push)) * h / MASS;
+        x->position += h * x->speed;
+    }
+    return q_ref - x->position;
+}
+
+static double moves(plant_t *x, long from, long to)
+{
+    double square = 0.0;
+    for (long tick = from * MOVE; tick < to * MOVE; tick++)
+    {
+        const double e = plant_step(x, wanted(tick));
+        square += e * e;
+    }
+    return sqrt(square / (double)((to - from) * MOVE));
+}
+
+// --- set-up ------------------------------------------------------------------------------------------------------------------------------
+
+static void test_an_empty_config_is_refused_field_by_field(void)
+{
+    const joint_t        untouched = {0};
+    tribo_joint_config_t config    = tribo_joint_config();
+    TEST_ASSERT_EQUAL(TRIBO_ERR_SAMPLE_TIME, TRIBO(joint, init)(&joint, &config));
+    config.sample_time_s = (float)H;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_EFFORT, TRIBO(joint, init)(&joint, &config));
+    config.effort_max = 1.0f;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_TRAVEL, TRIBO(joint, init)(&joint, &config));
+    TEST_ASSERT_EQUAL_MEMORY(&untouched, &joint, sizeof joint);
+    config.travel = 4.0f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, init)(&joint, &config));
+}
+
+static void test_each_field_is_checked(void)
+{
+    const float bad[] = {NAN, INFINITY, -1.0f, 1e9f};
+    for (uint32_t i = 0; i < 4; i++)
+    {
+        tribo_joint_config_t config = config_of(0.1);
+        config.sample_time_s        = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_SAMPLE_TIME, TRIBO(joint, init)(&joint, &config));
+        config            = config_of(0.1);
+        config.effort_max = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_EFFORT, TRIBO(joint, init)(&joint, &config));
+        config        = config_of(0.1);
+        config.travel = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_TRAVEL, TRIBO(joint, init)(&joint, &config));
+        config           = config_of(0.1);
+        config.breakaway = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_BREAKAWAY, TRIBO(joint, init)(&joint, &config));
+        config                         = config_of(0.1);
+        config.actuator_pole_rad_per_s = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_POLE, TRIBO(joint, init)(&joint, &config));
+        config      = config_of(0.1);
+        config.gain = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_GAIN, TRIBO(joint, init)(&joint, &config));
+        begin(0.1);
+        TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_GAIN, TRIBO(joint, gain)(&joint, bad[i]));
+    }
+    tribo_joint_config_t config    = config_of(0.1);
+    config.actuator_pole_rad_per_s = 0.0f;
+    config.sample_time_s           = 0.1f; // slower than all of its own times
+    config.travel                  = 9000.0f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, init)(&joint, &config));
+#if TRIBO_IS_Q31
+    config.travel = 0.9f;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_TRAVEL, TRIBO(joint, init)(&joint, &config));
+    config.travel = 10001.0f;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_TRAVEL, TRIBO(joint, init)(&joint, &config));
+#endif
+    TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, TRIBO(joint, init)(NULL, &config));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, TRIBO(joint, init)(&joint, NULL));
+}
+
+static void test_before_the_init_a_joint_puts_out_nothing(void)
+{
+    TEST_ASSERT_TRUE(step(0.5, 0.0, 0.0) == 0.0);
+    TEST_ASSERT_FALSE(report().is_learned);
+}
+
+// --- what it is for --------------------------------------------------------------------------------------------------------------------
+
+static double error_with(double gain, double breakaway, double load)
+{
+    plant_t x = {.friction = FRICTION, .load = load};
+    begin(breakaway);
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, gain)(&joint, (float)gain));
+    (void)moves(&x, 0, 12);
+    return moves(&x, 12, 20);
+}
+
+static void test_friction_is_learned_whatever_was_believed_and_taken_out(void)
+{
+    const double none       = error_with(0.0, 0.0, 0.0);
+    const double believed[] = {0.0, 0.5 * FRICTION, FRICTION, 2.0 * FRICTION};
+    for (uint32_t i = 0; i < 4; i++)
+    {
+        const double with = error_with(0.9, believed[i], 0.0);
+
+        TEST_ASSERT_TRUE(none > 3.0 * with);
+        const tribo_joint_report_t x = report();
+        TEST_ASSERT_TRUE(x.is_learned);
+        TEST_ASSERT_FLOAT_WITHIN(0.1f * (float)FRICTION, (float)FRICTION, x.friction);
+        TEST_ASSERT_TRUE(x.low < (float)FRICTION && (float)FRICTION < x.high && x.high < 2.0f * (float)FRICTION);
+        TEST_ASSERT_EQUAL(TRIBO_JOINT_SOUND, x.cause);
+        TEST_ASSERT_EQUAL_FLOAT(1.0f, x.share);
+        TEST_ASSERT_EQUAL(0, x.bad_inputs);
+    }
+}
+
+static void test_a_load_is_told_apart_from_friction(void)
+{
+    (void)error_with(0.9, 0.0, 0.08);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, (float)FRICTION, report().friction);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, -0.08f, report().load);
+}
+
+static void test_a_load_by_a_model_is_added_and_not_learned(void)
+{
+    plant_t x = {.friction = FRICTION, .load = 0.3};
+    begin(0.0);
+    TRIBO(joint, load)(&joint, effort_of(-0.3));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, -0.3, step(0.0, 0.0, 0.0));
+    (void)moves(&x, 0, 12);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, (float)FRICTION, report().friction);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.0f, report().load);
+}
+
+static void test_a_gain_ramps(void)
+{
+    plant_t x = {.friction = FRICTION};
+    begin(FRICTION);
+    (void)moves(&x, 0, 12);
+    const long at = 12 * MOVE + MOVE / 2; // in full motion
+    for (long tick = 12 * MOVE; tick < at; tick++)
+    {
+        (void)plant_step(&x, wanted(tick));
+    }
+    double before = number(joint.term);
+    TEST_ASSERT_DOUBLE_WITHIN(0.15 * FRICTION, 0.9 * FRICTION, before);
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, gain)(&joint, 0.0f));
+    for (long tick = at; tick < at + 200; tick++)
+    {
+        (void)plant_step(&x, wanted(tick));
+        TEST_ASSERT_TRUE(fabs(number(joint.term) - before) < 0.02 * FRICTION);
+        before = number(joint.term);
+    }
+    TEST_ASSERT_TRUE(before < 0.3 * FRICTION);
+}
+
+static void test_u_is_the_effort_where_gain_is_0_and_within_the_limit(void)
+{
+    tribo_joint_config_t config = config_of(0.2);
+    config.gain                 = 0.0f;
+    config.effort_max           = TRIBO_EITHER(0.25f, 1.0f);
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, init)(&joint, &config));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.2, step(0.2, 0.0, 0.0));
+    TEST_ASSERT_EQUAL(0, report().limited_ticks);
+#if TRIBO_IS_Q31
+    TEST_ASSERT_EQUAL(-INT32_MAX, tribo_joint_q31_step(&joint, INT32_MIN, 0, 0));
+#else
+    TEST_ASSERT_EQUAL_FLOAT(-0.25f, tribo_joint_f32_step(&joint, -3.0f, 0.0f, 0.0f));
+#endif
+    TEST_ASSERT_EQUAL(1, report().limited_ticks);
+}
+
+static void test_a_bad_input_is_counted_and_changes_nothing(void)
+{
+    begin(0.1);
+#if TRIBO_IS_Q31
+    TRIBO(joint, load)(&joint, INT32_MIN); // any number is one
+    TEST_ASSERT_EQUAL(0, report().bad_inputs);
+#else
+    const float bad[] = {NAN, INFINITY, -INFINITY, 1e30f};
+    for (uint32_t i = 0; i < 4; i++)
+    {
+        begin(0.1);
+        TEST_ASSERT_EQUAL_FLOAT(0.5f, tribo_joint_f32_step(&joint, 0.5f, 10.0f, 10.0f));
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, tribo_joint_f32_step(&joint, bad[i], 10.0f, 10.0f));
+        TEST_ASSERT_EQUAL_FLOAT(0.5f, tribo_joint_f32_step(&joint, 0.5f, bad[i], 10.0f));
+        TEST_ASSERT_EQUAL_FLOAT(0.5f, tribo_joint_f32_step(&joint, 0.5f, 10.0f, bad[i]));
+        TRIBO(joint, load)(&joint, bad[i]);
+        TEST_ASSERT_EQUAL(4, report().bad_inputs);
+        TEST_ASSERT_EQUAL_FLOAT(0.5f, tribo_joint_f32_step(&joint, 0.5f, 10.0f, 10.0f));
+    }
+#endif
+}
+
+// --- what is learned ---------------------------------------------------------------------------------------------------------------------
+
+static void test_a_hand_that_leads_teaches_nothing(void)
+{
+    plant_t x = {.friction = FRICTION};
+    begin(FRICTION);
+    (void)moves(&x, 0, 12);
+    float before = 0.0f;
+    for (long tick = 0; tick < 8 * MOVE; tick++)
+    {
+        const double q = floor(wanted(tick));
+        (void)step(0.0, q, q);
+        before = tick == 2 * MOVE ? report().friction : before; // the loop's last slide has ended
+    }
+    TEST_ASSERT_EQUAL_FLOAT(before, report().friction);
+}
+
+static void test_a_motion_that_q_ref_did_not_ask_for_teaches_nothing(void)
+{
+    begin(FRICTION);
+    for (long tick = 0; tick < 8 * MOVE; tick++)
+    {
+        (void)step(0.3, 0.0, floor(wanted(tick)));
+    }
+    TEST_ASSERT_FALSE(report().is_learned);
+}
+
+/// Slides to and fro of `counts` with an effort that has `friction`, by `speed` counts a tick; a last one ends the slide before.
+static void slides(int count, double counts, double speed, double friction)
+{
+    double q = 0.0;
+    for (int i = 0; i < count; i++)
+    {
+        const double way = i % 2 == 0 ? 1.0 : -1.0;
+        for (double done = 0.0; fabs(done) < fabs(counts); done += speed)
+        {
+            q += way * speed;
+            (void)step(way * friction, q + way, q);
+        }
+    }
+}
+
+static void begin_without_term(void)
+{
+    begin(0.0);
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, gain)(&joint, 0.0f));
+}
+
+static void test_a_jump_or_a_slide_that_is_too_long_teaches_nothing(void)
+{
+    begin_without_term();
+    slides(3, 400.0, 1.0, 0.2);
+    TEST_ASSERT_TRUE(report().is_learned);
+
+    begin_without_term();
+    slides(4, -400.0, -1.0, -0.2); // the other way first
+    TEST_ASSERT_TRUE(report().is_learned);
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 0.2f, report().friction);
+
+    tribo_joint_config_t fast    = config_of(0.0);
+    fast.actuator_pole_rad_per_s = 0.0f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, init)(&joint, &fast));
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, gain)(&joint, 0.0f));
+    slides(4, 400.0, 1.0, 0.2);
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 0.2f, report().friction);
+
+    begin_without_term();
+    for (int i = 0; i < 4; i++) // an index pulse in each slide
+    {
+        const double way = i % 2 == 0 ? 1.0 : -1.0;
+        for (int k = 0; k < 400; k++)
+        {
+            const double jump = k < 200 ? 0.0 : 1e5;
+            const double q    = (way > 0.0 ? k : 400 - k) + jump;
+            (void)step(way * 0.2, q + way, q);
+        }
+    }
+    TEST_ASSERT_FALSE(report().is_learned);
+
+    begin_without_term();
+    slides(3, 1.1 * (double)(1 << 20), 1.0, 0.2); // ticks
+    TEST_ASSERT_FALSE(report().is_learned);
+
+    begin_without_term();
+    slides(3, 5.0e6, 3000.0, 0.2);
+    TEST_ASSERT_TRUE(report().is_learned);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 0.2f, report().friction); // friction that jumps within a low pass: on the safe side
+#if TRIBO_IS_Q31
+    begin_without_term();
+    slides(3, 1.0e8, 3900.0, 0.2); // its work would not fit
+    TEST_ASSERT_FALSE(report().is_learned);
+#endif
+    begin_without_term();
+    slides(20, 30.0, 1.0, 0.2); // too short
+    TEST_ASSERT_FALSE(report().is_learned);
+}
+
+#if TRIBO_IS_Q31
+static void test_counts_may_wrap(void)
+{
+    double u[2];
+    for (int i = 0; i < 2; i++)
+    {
+        const uint32_t start = i == 0 ? 0u : (uint32_t)INT32_MAX - 100u;
+        begin(0.0);
+        for (long tick = 0; tick < 4 * MOVE; tick++)
+        {
+            const uint32_t q = start + (uint32_t)(int32_t)wanted(tick);
+            const double   e = tick / MOVE % 2 == 0 ? 0.2 : -0.2;
+            u[i]             = number(tribo_joint_q31_step(&joint, effort_of(e), (int32_t)(q + 1u), (int32_t)q));
+        }
+        TEST_ASSERT_TRUE(report().is_learned);
+    }
+    TEST_ASSERT_TRUE(u[0] == u[1]);
+}
+#endif
+
+// --- the guard -----------------------------------------------------------------------------------------------------------------------------
+
+static void rest(double q_ref, double q, int ticks)
+{
+    for (int i = 0; i < ticks; i++)
+    {
+        (void)step(0.0, q_ref, q);
+    }
+}
+
+static void test_a_joint_that_goes_astray_loses_its_term_within_a_tenth_of_a_second_until_restored(void)
+{
+    begin(0.2);
+    for (int i = 0; i < 200; i++)
+    {
+        (void)step(0.0, (double)i, (double)i);
+    }
+    TEST_ASSERT_TRUE(number(joint.term) > 0.05);
+    TEST_ASSERT_EQUAL(TRIBO_JOINT_SOUND, report().cause);
+    for (int i = 0; i < 100; i++) // three times as fast as it shall be
+    {
+        (void)step(0.0, 200.0 + i, 200.0 + 3.0 * i);
+    }
+    TEST_ASSERT_EQUAL(TRIBO_JOINT_ASTRAY, report().cause);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, report().share);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, number(joint.term));
+    const double at = 500.0;
+    rest(at, at, 2000);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, report().share); // latched
+    TRIBO(joint, restore)(&joint);
+    TEST_ASSERT_EQUAL(TRIBO_JOINT_SOUND, report().cause);
+    (void)step(0.0, at, at);
+    TEST_ASSERT_TRUE(report().share < 0.01f); // it ramps
+    rest(at, at, 600);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, report().share);
+}
+
+static void test_a_joint_that_moves_fast_may_run_ahead_for_a_tenth_of_a_second(void)
+{
+    begin(0.2);
+    slides(4, 4000.0, 10.0, 0.2);
+    for (int i = 0; i < 60; i++)
+    {
+        (void)step(0.0, 10.0 + 10.0 * i, 12.0 * i);
+    }
+    TEST_ASSERT_EQUAL(TRIBO_JOINT_SOUND, report().cause);
+}
+
+static void test_a_joint_that_hunts_at_rest_is_quiet_after_four_turns(void)
+{
+    begin(0.2);
+    for (int i = 0; i < 100; i++)
+    {
+        (void)step(0.0, (double)i, (double)i);
+    }
+    double size[8];
+    for (int turn = 0; turn < 8; turn++)
+    {
+        rest(100.0, turn % 2 == 0 ? 120.0 : 80.0, 100);
+        size[turn] = fabs(number(joint.term));
+        TEST_ASSERT_EQUAL(turn < 3 ? TRIBO_JOINT_SOUND : TRIBO_JOINT_HUNTING, report().cause);
+    }
+    TEST_ASSERT_TRUE(size[0] > 0.05);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * size[0], 0.5 * size[0], size[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * size[0], 0.25 * size[0], size[2]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, size[7]);
+}
+
+static void test_an_effort_with_the_wrong_sign_is_found(void)
+{
+    begin(0.2);
+    slides(8, 400.0, 1.0, -0.2);
+    TEST_ASSERT_EQUAL(TRIBO_JOINT_REVERSED, report().cause);
+    slides(4, 400.0, 1.0, -0.2);
+    TEST_ASSERT_EQUAL(TRIBO_JOINT_REVERSED, report().cause);
+    TEST_ASSERT_TRUE(report().friction < 0.2f);
+}
+
+static void test_each_cause_has_a_sentence(void)
+{
+    TEST_ASSERT_EQUAL_STRING("sound", tribo_joint_cause_text(TRIBO_JOINT_SOUND));
+    TEST_ASSERT_NOT_NULL(strstr(tribo_joint_cause_text(TRIBO_JOINT_ASTRAY), "away"));
+    TEST_ASSERT_NOT_NULL(strstr(tribo_joint_cause_text(TRIBO_JOINT_HUNTING), "to and fro"));
+    TEST_ASSERT_NOT_NULL(strstr(tribo_joint_cause_text(TRIBO_JOINT_REVERSED), "sign"));
+}
+
+// --- the force ---------------------------------------------------------------------------------------------------------------------------------
+
+static void test_the_force_from_current_is_within_its_interval(void)
+{
+    plant_t x = {.friction = FRICTION};
+    begin(0.0);
+    TEST_ASSERT_TRUE(TRIBO(joint, force)(&joint).high >= 1.0f);
+    (void)moves(&x, 0, 13);
+    const double at = wanted(13 * MOVE - 1);
+    for (int i = 0; i < 3000; i++) // something pushes, slowly
+    {
+        x.outer = i < 2000 ? -0.3 * i / 2000.0 : -0.3;
+        (void)plant_step(&x, at);
+        const tribo_joint_force_t force = TRIBO(joint, force)(&joint);
+        TEST_ASSERT_TRUE((double)force.low <= -x.outer + 0.005 && -x.outer <= (double)force.high + 0.005);
+        TEST_ASSERT_TRUE((double)(force.high - force.low) <= 2.2 * 1.1 * FRICTION);
+    }
+    TEST_ASSERT_TRUE(TRIBO(joint, force)(&joint).low > 0.1f); // it holds something
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_an_empty_config_is_refused_field_by_field);
+    RUN_TEST(test_each_field_is_checked);
+    RUN_TEST(test_before_the_init_a_joint_puts_out_nothing);
+    RUN_TEST(test_friction_is_learned_whatever_was_believed_and_taken_out);
+    RUN_TEST(test_a_load_is_told_apart_from_friction);
+    RUN_TEST(test_a_load_by_a_model_is_added_and_not_learned);
+    RUN_TEST(test_a_gain_ramps);
+    RUN_TEST(test_u_is_the_effort_where_gain_is_0_and_within_the_limit);
+    RUN_TEST(test_a_bad_input_is_counted_and_changes_nothing);
+    RUN_TEST(test_a_hand_that_leads_teaches_nothing);
+    RUN_TEST(test_a_motion_that_q_ref_did_not_ask_for_teaches_nothing);
+    RUN_TEST(test_a_jump_or_a_slide_that_is_too_long_teaches_nothing);
+#if TRIBO_IS_Q31
+    RUN_TEST(test_counts_may_wrap);
+#endif
+    RUN_TEST(test_a_joint_that_goes_astray_loses_its_term_within_a_tenth_of_a_second_until_restored);
+    RUN_TEST(test_a_joint_that_moves_fast_may_run_ahead_for_a_tenth_of_a_second);
+    RUN_TEST(test_a_joint_that_hunts_at_rest_is_quiet_after_four_turns);
+    RUN_TEST(test_an_effort_with_the_wrong_sign_is_found);
+    RUN_TEST(test_each_cause_has_a_sentence);
+    RUN_TEST(test_the_force_from_current_is_within_its_interval);
+    return UNITY_END();
+}
