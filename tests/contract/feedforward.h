@@ -190,11 +190,13 @@ static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
     return seen;
 }
 
-/// What learning may not move.
+/// What learning may not move: the sum, before b has faded.
 static inline double feedforward_sum(const feedforward_t *x)
 {
     const TRIBO(feedforward, state_t) *state = &x->memory.state;
-    return feedforward_force(x, state->f) + feedforward_force(x, state->own_load) - feedforward_force(x, state->b);
+    const double leak                        = (double)x->params.leak_part / FEEDFORWARD_ALL;
+    return feedforward_force(x, state->f) + feedforward_force(x, state->own_load) -
+           feedforward_force(x, state->b) / (1.0 - leak);
 }
 
 static inline tribo_feedforward_learned_t feedforward_learned(const feedforward_t *x, uint32_t direction, double force)

@@ -313,7 +313,7 @@ static void test_learning_does_not_move_u(void)
         feedforward_after_alone(&other, v, u, false);
         if (feedforward_seen(&x).phase == 0u)
         {
-            const double sum = feedforward_sum(&x); // both b have faded
+            const double sum = feedforward_sum(&x);
             at_once          = fmax(at_once, fabs(sum - feedforward_sum(&other)));
             static feedforward_t next; // the tick after it, as it will be
             feedforward_copy(&next, &x);

@@ -150,6 +150,8 @@ static void test_feedforward_init_names_the_field(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_feedforward_f32_init(NULL, &params, &loop, &config));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_SAMPLE_TIME, init(2.0f, 0.2f));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_INPUT_MAX, init(0.0f, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_USUAL_FORCE,
+                          tribo_feedforward_f32_init(&params, &config, &model.arm, &friction, 2.0f, NAN, H));
     check(&config.actuator_pole_rad_per_s, 0.0f, TRIBO_ERR_ACTUATOR_POLE);
     check(&config.actuator_pole_rad_per_s, 5.1e4f, TRIBO_ERR_ACTUATOR_POLE); // 51 in a tick
     check(&config.sensor_pole_rad_per_s, NAN, TRIBO_ERR_SENSOR_POLE);
