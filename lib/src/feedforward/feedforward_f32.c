@@ -188,9 +188,9 @@ tribo_status_t tribo_force_loop_feedforward_f32_init(tribo_force_loop_f32_params
     }
     if (status == TRIBO_OK)
     {
-        *params                       = made;
-        feedforward->method.functions = tribo_feedforward_f32_method;
-        params->method                = &feedforward->method;
+        *params = made;
+        tribo_feedforward_f32_set_method(feedforward);
+        params->method = &feedforward->method;
     }
     return status;
 }

@@ -155,8 +155,8 @@ tribo_status_t tribo_force_loop_feedforward_q31_init(tribo_force_loop_q31_params
     {
         *headroom = measured;
     }
-    *params                       = made;
-    feedforward->method.functions = tribo_feedforward_q31_method;
-    params->method                = &feedforward->method;
+    *params = made;
+    tribo_feedforward_q31_set_method(feedforward);
+    params->method = &feedforward->method;
     return TRIBO_OK;
 }

@@ -7,6 +7,9 @@ typedef FEED(memory_t) memory_t;
 typedef FEED(weights_t) weights_t;
 typedef LOOP(params_t) loop_params_t;
 
+/// Makes `params` those of the method with a sensor. In its source, as the address of another's function needs a table.
+void FEED(set_method)(params_t *params);
+
 /// The params of which `loop->method` is the first member.
 static inline const params_t *params_of(const loop_params_t *loop)
 {

@@ -440,3 +440,8 @@ void FEED(method)(LOOP(functions_t) * functions)
     functions->after = method_after;
     functions->enter = method_enter;
 }
+
+void FEED(set_method)(params_t *params)
+{
+    params->method.functions = FEED(method);
+}
