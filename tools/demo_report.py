@@ -117,7 +117,7 @@ def by_direction(trace, values):
 def draw_force(axes, without, with_, fed):
     axes.plot(without["t_s"], without["F_N"], color=WITHOUT, label="without compensation")
     axes.plot(with_["t_s"], with_["F_N"], color=PAPER, label="the paper's method")
-    axes.plot(fed["t_s"], fed["F_N"], color=FEEDFORWARD, label="feed-forward")
+    axes.plot(fed["t_s"], fed["F_N"], color=FEEDFORWARD, label="feed-forward", linewidth=2.2)
     axes.plot(with_["t_s"], with_["r_N"], color=colour("r_N"), linestyle=(0, (4, 2)), linewidth=1.1, label="reference")
     axes.set_ylabel("force (N)")
     label_time(axes, with_)
@@ -208,16 +208,34 @@ def relay_figure(with_):
     return figure
 
 
+def stuck_until(trace, time_s):
+    """When F has moved by 1 mN from where it stood as the reference turned."""
+    turn = trace.between(time_s, time_s + 0.5 * PERIOD_S)
+    return next(t for t, force in zip(turn["t_s"], turn["F_N"]) if abs(force - turn["F_N"][0]) > 1e-3)
+
+
+def mark_stuck(axes, trace, time_s):
+    """The time that F stands still behind a reversal, over its line."""
+    end_s = stuck_until(trace, time_s)
+    level = trace.between(time_s, end_s)["F_N"][0] + 1.2e-3
+    axes.annotate("", (end_s, level), (time_s, level), arrowprops={"arrowstyle": "<->", "color": WITHOUT, "shrinkA": 0, "shrinkB": 0})
+    axes.text(0.5 * (time_s + end_s), level + 4e-4, f"stuck for {end_s - time_s:.1f} s", color=WITHOUT, ha="center", va="bottom", fontweight="bold")
+    axes.set_ylim(top=level + 4e-3)
+
+
 def hero_figure(*traces):
     figure = plt.figure(figsize=(12, 5.6))
-    title(figure, "Friction-compensated force control")
+    title(figure, "Friction taken out of reversals")
     grid = figure.add_gridspec(3, 2, width_ratios=(1, 1.25))
     force = figure.add_subplot(grid[:, 0])
     draw_force(force, *(trace.around(TURNS_DOWN_S, 1.8) for trace in traces))
     force.set_title("The force where its reference turns")
+    mark_stuck(force, traces[0], TURNS_DOWN_S)
     rows = [figure.add_subplot(grid[0, 1])]
     rows += [figure.add_subplot(grid[row, 1], sharex=rows[0], sharey=rows[0]) for row in (1, 2)]
     draw_errors(rows, *traces)
+    times_less = rms(traces[0].error_mn()) / rms(traces[2].error_mn())
+    rows[2].text(0.99, 0.9, f"{times_less:.0f} times less", color=FEEDFORWARD, ha="right", va="top", fontweight="bold", transform=rows[2].transAxes)
     for axes in rows[:-1]:
         axes.tick_params(labelbottom=False)
     legend(figure, force)

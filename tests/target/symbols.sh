@@ -19,10 +19,10 @@ undefined=$("$nm" --undefined-only "$archive" | awk '/:$/ {object = $1} $1 == "U
 status=0
 while read -r object symbol; do
     case "$object" in
-        # The set-up of Q31 is in float, on purpose, and so are the check of ranges and the search for a refused number; a drive
+        # The set-up of Q31 is in float, on purpose, and so are configs, the check of ranges and the search for a refused number; a drive
         # whose params come from the host links none of them (no_float.sh).
         headroom_q31.*) allowed="$integer|$single|$double" ;;
-        *_f32.* | *_q31.* | ranges.* | refusal.*) allowed="$integer|$single" ;;
+        *_f32.* | *_q31.* | axis_config.* | joint_config.* | ranges.* | refusal.*) allowed="$integer|$single" ;;
         *) allowed=$integer ;;
     esac
     if grep -qxF "$symbol" <<<"$defined"; then
