@@ -163,21 +163,36 @@ def _fits(interval, total):
     return 1e-5 <= interval <= 0.05 and 5.0 <= total <= 2e4
 
 
-def check_clock(log):
-    """Refuses a log whose stamps are in another unit, with the one in which it would be an experiment."""
-    h, total = log.sample_time_s, log.segments[-1].t[-1] - log.segments[0].t[0]
-    if INTERVALS[0] <= h <= INTERVALS[1] and total >= TOTAL_S:
-        return
+def interval_and_length(log):
+    return log.sample_time_s, log.segments[-1].t[-1] - log.segments[0].t[0]
+
+
+def other_unit(log):
+    """The refusal of stamps in another unit, in which the log would be an experiment; None where it is one, or is one in no unit."""
+    h, total = interval_and_length(log)
     said = f"clock: a row each {h:.3g} s, {total:.3g} s in all"
     now = UNITS.get(log.time_unit, 1.0)
+    if _fits(h, total):
+        return None
     if log.time_unit not in (None, "s") and _fits(h / now, total / now):
-        raise Refusal("clock", f"{said}: its stamps are not in {log.time_unit} but in s: leave --unit t={log.time_unit} out")
+        return Refusal("clock", f"{said}: its stamps are not in {log.time_unit} but in s: leave --unit t={log.time_unit} out")
     for name, times in UNITS.items():
         if name not in ("s", "min") and _fits(h / now * times, total / now * times):
-            raise Refusal("clock", f"{said}: its stamps are in {name}: --unit t={name}")
+            return Refusal("clock", f"{said}: its stamps are in {name}: --unit t={name}")
     for words, times in LONGER.items():
         if log.time_unit is None and _fits(h * times, total * times):
-            raise Refusal("clock", f"{said}: its stamps are in another unit, probably {words}")
+            return Refusal("clock", f"{said}: its stamps are in another unit, probably {words}")
+    return None
+
+
+def check_clock(log):
+    """Refuses a log whose stamps are in another unit, with the one in which it would be an experiment."""
+    h, total = interval_and_length(log)
+    if INTERVALS[0] <= h <= INTERVALS[1] and total >= TOTAL_S:
+        return
+    if refusal := other_unit(log):
+        raise refusal
+    said = f"clock: a row each {h:.3g} s, {total:.3g} s in all"
     if total < TOTAL_S:
         raise Refusal("clock", f"{said}: too short for an experiment, which takes a minute (tribo-identify plan)")
     raise Refusal("clock", f"{said}: the library takes a row each {INTERVALS[0]:g} to {INTERVALS[1]:g} s; log " + ("more often" if h > INTERVALS[1] else "less often, or resample it (--resample=0.001)"))

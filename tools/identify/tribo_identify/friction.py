@@ -22,7 +22,7 @@ from tribo_design import progress
 
 from . import native, residual, rows, slides
 from .bins import bin_size, binned, noise_of
-from .events import WRONG_SIGN, check, check_events, find, held_s, loads, not_of_one_clock, saturated
+from .events import WRONG_SIGN, check, check_events, find, held_s, loads, not_of_one_clock, other_unit, saturated
 from .refusal import Refusal
 
 STEPS_MAX = 10_000_000  # of a simulation, beyond which its steps grow
@@ -456,7 +456,7 @@ def _plausible(log, line, assume, level):
     if _is_turned(log, scale, share):
         raise Refusal("sign", WRONG_SIGN)
     if share < FOLLOWS:
-        raise Refusal("clock", f"clock: F does not follow u: at most {100 * share:.2g} % of the way of F goes the way of u, however late it is taken. Their stamps are not of one clock, or one of them is another column")
+        raise other_unit(log) or Refusal("clock", f"clock: F does not follow u: at most {100 * share:.2g} % of the way of F goes the way of u, however late it is taken. Their stamps are not of one clock, or one of them is another column")
     if not _is_late(log, lag):
         raise not_of_one_clock(log, lag)
     if shown := residual.shows(log, assume or "symmetric", abs(level)):
