@@ -330,12 +330,12 @@ def test_messages_that_nobody_reads_hold_up_nothing(drive):
     port = 20000 + os.getpid() % 20000
     drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{port: {port}}}\n")
     reading, writing = os.pipe()
-    fcntl.fcntl(writing, fcntl.F_SETPIPE_SZ, 4096)
     run = subprocess.Popen([drive.program, "rig.yaml"], cwd=drive.folder, stderr=writing)
     os.close(writing)
     said = b""
     while b"idle at" not in said:
         said += os.read(reading, 4096)
+    fcntl.fcntl(reading, fcntl.F_SETPIPE_SZ, 4096)  # from here on: a pipe of one page takes one message, and what comes before was read
     with socket.create_connection(("127.0.0.1", port), timeout=100) as client:
         for k in range(100):  # starts and stops, a line each
             for command in (1, 2):
