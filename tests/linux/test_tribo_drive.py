@@ -277,6 +277,9 @@ def test_a_fault_ends_it(drive):
     assert "limit" in said
 
 
+SHADOW_BYTES = 64 << 20  # nothing of the drive's is so large, but a sanitizer's own memory is
+
+
 def poke(process, old, new):
     """Changes a float wherever it is in the memory of the loop's process."""
     loop = int(pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()[0])
@@ -284,7 +287,7 @@ def poke(process, old, new):
     with open(f"/proc/{loop}/mem", "r+b", buffering=0) as memory:
         for line in pathlib.Path(f"/proc/{loop}/maps").read_text().splitlines():
             (first, end), rights = (int(x, 16) for x in line.split()[0].split("-")), line.split()[1]
-            if not rights.startswith("rw") or "[v" in line or "/dev" in line:
+            if not rights.startswith("rw") or "[v" in line or "/dev" in line or end - first > SHADOW_BYTES:
                 continue
             memory.seek(first)
             content = memory.read(end - first)
