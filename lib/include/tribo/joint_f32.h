@@ -44,7 +44,7 @@ typedef struct
     float sample_time_s; ///< of every tick, 1e-6 to 0.1 s
     float effort_max;    ///< limit of |u|, 1e-6 to 1e6
     float
-        travel; ///< least change of q that is motion and no noise: four counts of the encoder; 1e-9 to 1e6; Q31: in counts, 1 to 1e5
+        travel; ///< least change of q that is motion and no noise: four counts of the encoder; 1e-9 to 1e6; Q31: in counts, 1 to 1e4
     float
         breakaway; ///< friction as you believe it, 0 to effort_max; half of it is used until it is learned. 0: nothing is
     float actuator_pole_rad_per_s; ///< of the current loop, 1e-3 to 1e6; 0: fast

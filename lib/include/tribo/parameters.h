@@ -140,7 +140,7 @@ extern "C" {
     REFUSAL(BLOB_CHECKSUM, "", "blob checksum: not of these bytes") \
     REFUSAL(BLOB_RIG, "", "blob rig: learned with another config, whose breakaway or full scale it refers to") \
     REFUSAL(JOINT_EFFORT, "", "joint effort_max: 1e-6 to 1e6") \
-    REFUSAL(JOINT_TRAVEL, "", "joint travel: 1e-9 to 1e6; q31: 1 to 1e5 counts") \
+    REFUSAL(JOINT_TRAVEL, "", "joint travel: 1e-9 to 1e6; q31: 1 to 1e4 counts") \
     REFUSAL(JOINT_BREAKAWAY, "", "joint breakaway: 0 to effort_max") \
     REFUSAL(JOINT_POLE, "", "joint actuator_pole_rad_per_s: 1e-3 to 1e6 rad/s, or 0") \
     REFUSAL(JOINT_GAIN, "", "joint gain: 0 to 1, of the learned friction")

@@ -48,11 +48,6 @@ tribo_axis_f32_config_t tribo_axis_f32_config(void)
     return config;
 }
 
-static float larger(float a, float b)
-{
-    return a > b ? a : b;
-}
-
 /// A gain without dynamics: two poles that zeros cancel.
 static tribo_biquad_f32_section_t gain_section(float gain)
 {

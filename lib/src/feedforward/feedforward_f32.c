@@ -13,11 +13,6 @@
 const tribo_parameter_t tribo_feedforward_parameters[] = {TRIBO_FEEDFORWARD_PARAMETERS(ROW)};
 #undef ROW
 
-static float larger_f32(float a, float b)
-{
-    return a > b ? a : b;
-}
-
 /// B.
 static float breakaway_of(const tribo_friction_f32_params_t *friction, float usual_force_n)
 {
@@ -115,10 +110,10 @@ static void set_reference(tribo_feedforward_f32_params_t       *made,
     made->lead          = used->jump_lead / (used->actuator_pole_rad_per_s * h);
     made->distrust      = 1.0f - used->trust;
     made->lag_s         = lag;
-    made->noise_part    = h / larger_f32(FEEDFORWARD_NOISE_TIME, FEEDFORWARD_NOISE_TICKS * h);
+    made->noise_part    = h / larger(FEEDFORWARD_NOISE_TIME, FEEDFORWARD_NOISE_TICKS * h);
     made->noise_floor_n = FEEDFORWARD_NOISE_FLOOR * used->reversal_n;
     made->rate_hz       = 1.0f / h;
-    made->rate_part     = first_order_f32_lag(larger_f32(FEEDFORWARD_RATE_TIME * lag, FEEDFORWARD_RATE_TICKS * h), h);
+    made->rate_part     = first_order_f32_lag(larger(FEEDFORWARD_RATE_TIME * lag, FEEDFORWARD_RATE_TICKS * h), h);
     made->step_n        = B / FEEDFORWARD_STEP_TIME * h;
     made->lag_part      = first_order_f32_lag(lag, h);
     made->actuator_part = first_order_f32_part(used->actuator_pole_rad_per_s * h);
@@ -137,7 +132,7 @@ static void set_learning(tribo_feedforward_f32_params_t       *made,
 {
     const float sample_s = (float)FEEDFORWARD_STAGES * h;
     made->observer_part =
-        first_order_f32_lag(larger_f32(FEEDFORWARD_OBSERVER_TIME * lag, FEEDFORWARD_OBSERVER_TICKS * h), h);
+        first_order_f32_lag(larger(FEEDFORWARD_OBSERVER_TIME * lag, FEEDFORWARD_OBSERVER_TICKS * h), h);
     made->jump_lag         = FEEDFORWARD_JUMP_LAG / sample_s;
     made->measured_per_n   = 2.0f / used->reversal_n;
     made->travel_half_n    = 0.5f * FEEDFORWARD_TRAVEL_WIDTH * used->reversal_n;
@@ -202,7 +197,7 @@ tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_fricti
     const float            V      = learned->weight[0];
     const bool             inside = V > FEEDFORWARD_WEIGHT_LOW && V < FEEDFORWARD_WEIGHT_MAX;
     return (tribo_feedforward_f32_learned_t){
-        .L_n               = larger_f32(V * prior.L_n + load, FEEDFORWARD_LEARNED_MIN * V * prior.L_n),
+        .L_n               = larger(V * prior.L_n + load, FEEDFORWARD_LEARNED_MIN * V * prior.L_n),
         .relative_variance = learning_f32_relative_variance(learned, &state->learning, sign),
         .travel_n          = learned->travel_n,
         .at_bound          = !inside,
@@ -248,7 +243,7 @@ tribo_guard_f32_config_t tribo_guard_f32_tuned(const tribo_feedforward_f32_rig_t
     tribo_guard_f32_config_t tuned = tribo_guard_f32_default();
 
     tuned.turn_n       = B / 3.14f;
-    tuned.stray_n      = larger_f32(B / 15.7f, 8.0f * rig->noise_n);
+    tuned.stray_n      = larger(B / 15.7f, 8.0f * rig->noise_n);
     tuned.quick_time_s = limit_f32(16.0f * lag_of(rig->actuator_pole_rad_per_s, rig->arm),
                                    20.0f * rig->sample_time_s,
                                    1.0e5f * rig->sample_time_s); // the guard's own bound

@@ -34,11 +34,6 @@ tribo_status_t tribo_joint_config_check(const tribo_joint_config_t *config)
     return within(config->gain, 0.0f, 1.0f) ? TRIBO_OK : TRIBO_ERR_JOINT_GAIN;
 }
 
-static float larger(float a, float b)
-{
-    return a > b ? a : b;
-}
-
 joint_rates_t tribo_joint_config_rates(const tribo_joint_config_t *config)
 {
     const float h        = config->sample_time_s;

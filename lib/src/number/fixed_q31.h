@@ -15,11 +15,6 @@
 #define FIXED_Q31_SMALLEST 1.0e-6f     // as a fraction of full scale or of 1: below it less than 11 bits are left
 #define FIXED_Q31_FULL     0.99999994f // the largest float below full scale, which itself does not fit
 
-static inline float larger(float a, float b)
-{
-    return a > b ? a : b;
-}
-
 /// x 2^bits for `bits` of either sign; exact but for overflow and underflow.
 static inline float scaled(float x, int32_t bits)
 {

@@ -102,6 +102,12 @@ static inline void count(uint32_t *counter)
     }
 }
 
+/// b where one of them is no number.
+static inline float larger(float a, float b)
+{
+    return a > b ? a : b;
+}
+
 /// x within min to max.
 static inline float limit_f32(float x, float min, float max)
 {
