@@ -6,11 +6,17 @@
 #include "scenario/keys.h"
 #include "scenario/runner.h"
 #include "scope.h"
+#include "support/number.h"
 
 #include <string.h>
 #include <time.h>
 
 #define TICKS_A_LOOK 1024u ///< between two looks at the clock
+
+const char *native_number(const char *text, double *value)
+{
+    return common_number_parse(text, value);
+}
 
 const char *native_scenario_number(const native_scenario_t *scenario, const char *key, double *value)
 {

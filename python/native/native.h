@@ -65,6 +65,9 @@ bool        native_column_is_flag(unsigned column);
 char *native_run(const native_scenario_t *scenario, bool q31, double *trace, double *trace_q31, native_error_t *error);
 void  native_free(char *text);
 
+/// Reads a decimal number as all files of the simulator have it. Null, or what is wrong with it, e.g. "is not a number".
+const char *native_number(const char *text, double *value);
+
 /// What a key of a scenario holds, for a study that varies it: "number", with its value; "unset", a number that the scenario leaves out;
 /// "whole", or "other". Null: there is no such key.
 const char *native_scenario_number(const native_scenario_t *scenario, const char *key, double *value);
