@@ -6,6 +6,7 @@ import os
 import random
 import re
 import subprocess
+import sys
 import threading
 import time
 
@@ -13,12 +14,15 @@ import pytest
 
 from conftest import EMERGENCY_STOP, ROOT, SIM
 
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from version import VERSION  # noqa: E402
+
 TRIANGLE = ROOT / "host_sim" / "scenarios" / "triangle.yaml"
 COMMAND, REFERENCE, GAIN, ACTIVE = 0x100, 0x110, 0x1108, 0x1000
 
 
 def test_version(drive):
-    assert drive.link("--version") == "tribo-link 0.1.0\n"
+    assert drive.link("--version") == f"tribo-link {VERSION}\n"
 
 
 def test_mbpoll_reads_and_writes(drive):

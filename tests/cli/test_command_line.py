@@ -1,6 +1,13 @@
 """The command line itself: exit status 2 and a hint at --help."""
 
+import sys
+
 import pytest
+
+from conftest import ROOT
+
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from version import VERSION  # noqa: E402
 
 HINT = " (tribo-sim --help shows what there is)"
 
@@ -84,7 +91,7 @@ def test_help_of_a_command_shows_its_options_alone(sim, command):
 
 
 def test_version(sim):
-    assert sim.ok("--version") == "tribo-sim 0.1.0\n"
+    assert sim.ok("--version") == f"tribo-sim {VERSION}\n"
 
 
 def test_a_full_standard_output_is_an_error(sim):

@@ -6,11 +6,13 @@ import pathlib
 import re
 import shutil
 import subprocess
+import sys
 
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-VERSION = re.search(r'TRIBO_VERSION_STRING "(.*)"', (ROOT / "lib/include/tribo/status.h").read_text())[1]
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from version import VERSION  # noqa: E402
 IN_LIB = {path.relative_to(ROOT / "lib").as_posix() for path in (ROOT / "lib").rglob("*.c")}
 M4F = ["-mthumb", "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]
 CALLER = """#include "tribo/feedforward_f32.h"

@@ -10,6 +10,7 @@ import shutil
 import signal
 import struct
 import subprocess
+import sys
 import time
 
 import pytest
@@ -17,6 +18,8 @@ import pytest
 from conftest import CLOCK_RIG, LOOP, RIG
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from version import VERSION  # noqa: E402
 PI = ROOT / "firmware" / "port" / "linux" / "raspberry_pi"
 
 DRIVE = os.environ["TRIBO_DRIVE"]
@@ -481,7 +484,7 @@ def test_the_table_of_keys_says_what_each_is(drive):
 
 
 def test_version(drive):
-    assert drive.run("--version").stdout == "tribo-desk 0.1.0\n"
+    assert drive.run("--version").stdout == f"tribo-desk {VERSION}\n"
 
 
 def test_the_example_fits_its_loop(drive):

@@ -1,4 +1,7 @@
-"""tools.py ROOT: every program of tools, tools/dev and research says what it does and of which version it is, and does nothing else for it."""
+"""tools.py ROOT: every program of tools, tools/dev and research says what it does and of which version it is, and does nothing else for it.
+
+The changelog has a section of that version.
+"""
 
 import os
 import pathlib
@@ -12,7 +15,8 @@ INSTALLED_AS = {"demo-drive": "tribo-demo-drive"}
 # These make their Python environment first; tests/python/wheel.py has them as they are installed.
 WITH_ENVIRONMENT = {"tribo-identify", "tribo-rig"}
 
-VERSION = re.search(r'TRIBO_VERSION_STRING "(.*)"', (ROOT / "lib/include/tribo/status.h").read_text(encoding="utf-8"))[1]
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from version import VERSION  # noqa: E402
 
 
 def say(*command):
@@ -31,3 +35,6 @@ for program in programs:
     called = INSTALLED_AS.get(program.name, program.name)
     assert say(program, "--version") == f"{called if called.startswith('tribo-') else program.relative_to(ROOT)} {VERSION}\n", program
     assert len(say(program, "--help")) > 100, program
+
+released = re.findall(r"^## (\d\S*) - \d{4}-\d\d-\d\d$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.M)
+assert released[0] == VERSION, released

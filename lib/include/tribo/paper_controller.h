@@ -1,7 +1,7 @@
 /// Coefficients of the controller "paper", made by tribo-design: change its input, not this file.
 ///
 ///     input     paper.yaml, SHA-256 913234c6dce60bf29bb06d12e94b6322d8e15eca24864d499df0b9dee508b476
-///     tool      tribo-design 0.1.0 (python-control 0.10.2, slycot 0.7.1)
+///     tool      tribo-design 0.2.0 (python-control 0.10.2, slycot 0.7.1)
 ///     plant     gain 0.86, zeros none, poles -55, -200, -139+203j, -139-203j, -56778
 ///     weights   wp = [0.909090909 20] / [1 0.002]; wu = 1; wT = [1 18.2] / [0.0001 20]
 ///     gamma     1.7372, K(s) of order 7 by mixsyn

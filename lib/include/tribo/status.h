@@ -10,9 +10,9 @@
 
 /// CMake and the packages take the version from here.
 #define TRIBO_VERSION_MAJOR  0
-#define TRIBO_VERSION_MINOR  1
+#define TRIBO_VERSION_MINOR  2
 #define TRIBO_VERSION_PATCH  0
-#define TRIBO_VERSION_STRING "0.1.0"
+#define TRIBO_VERSION_STRING "0.2.0"
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,7 +2,9 @@
 
 import argparse
 
-from . import __version__, tuning
+from tribo_plot.version import add_option
+
+from . import tuning
 from .errors import run_command
 
 
@@ -12,7 +14,7 @@ def main(argv=None):
 
 def _parser():
     parser = argparse.ArgumentParser(prog="tribo-design", description="From a plant and weights to checked C coefficients.")
-    parser.add_argument("--version", action="version", version=f"tribo-design {__version__}")
+    add_option(parser, "tribo-design")
     commands = parser.add_subparsers(dest="command", required=True)
 
     command = _add(commands, "synthesize", "weights + plant -> K(s) -> reduced -> discrete -> sections -> f32 -> Q31")

@@ -22,7 +22,9 @@ import scipy.linalg
 import scipy.optimize
 import scipy.special
 
-from . import __version__, progress
+from tribo_plot.version import version
+
+from . import progress
 from .reading import format_root, printable
 from .errors import DesignError, InputError
 
@@ -978,7 +980,7 @@ def plant_yaml(found, source):
         for p in found["poles"]:
             gain *= np.hypot(p["re"], p["im"])
     spread = 100 * found["gain_half_width"] / max(abs(found["gain"]), 1e-300)
-    lines = [f"# From {source} by tribo-design {__version__} identify-plant; paste into a design file.", f"# fit where it moves {found['fit_percent_where_it_moves']:.2f} %"]
+    lines = [f"# From {source} by tribo-design {version()} identify-plant; paste into a design file.", f"# fit where it moves {found['fit_percent_where_it_moves']:.2f} %"]
     text = "\n".join(lines) + f"\n{doubts}plant:\n  {name}: {gain:.6g}" + (f" ± {spread:.2g} %" if 1e-4 < spread < 99 else "") + f"\n  zeros: []\n  poles: [{', '.join(roots)}]\n"
     if found["delay_s"]:
         late = 100 * (found["delay_half_width_s"] or 0) / found["delay_s"]

@@ -1,12 +1,14 @@
 """The steps in order, the loop checked after each."""
 
 from dataclasses import dataclass, field
-from importlib.metadata import version
+from importlib import metadata
 from typing import Optional
 
 import numpy as np
 
-from . import __version__, discretise, quantise, reduction, robustness, sections, structured, synthesis
+from tribo_plot.version import version
+
+from . import discretise, quantise, reduction, robustness, sections, structured, synthesis
 from .reading import format_root, printable
 from .errors import DesignError, IllPosedError, LimitError
 from .loop import Continuous, Loop, Metrics, SampledPlant, SampledSections, SampledZpk
@@ -80,7 +82,7 @@ class Result:
 
     def __post_init__(self):
         self.source = printable(self.source)
-        self.versions = self.versions or f"tribo-design {__version__} (python-control {version('control')}, slycot {version('slycot')})"
+        self.versions = self.versions or f"tribo-design {version()} (python-control {metadata.version('control')}, slycot {metadata.version('slycot')})"
 
     def stage(self, step):
         return next((s for s in self.stages if s.step == step), None)

@@ -4,8 +4,7 @@ import argparse
 
 from tribo_design.cli import add_columns
 from tribo_design.errors import run_command
-
-from . import __version__
+from tribo_plot.version import add_option
 
 
 def main(argv=None):
@@ -14,7 +13,7 @@ def main(argv=None):
 
 def _parser():
     parser = argparse.ArgumentParser(prog="tribo-identify", description="From logs of your own rig to friction parameters.")
-    parser.add_argument("--version", action="version", version=f"tribo-identify {__version__}")
+    add_option(parser, "tribo-identify")
     commands = parser.add_subparsers(dest="command", required=True)
     _add_plan(commands)
     _add_friction(commands)

@@ -12,8 +12,8 @@ import argparse
 import hashlib
 from pathlib import Path
 
-from tribo_design import __version__
 from tribo_design.errors import InputError, run_command
+from tribo_plot.version import add_option
 
 NAMES = ("report.html", "loop.yaml", "*_params.h", "registers.txt", "verdict.json")
 
@@ -25,7 +25,7 @@ def main(argv=None):
 def _run(argv):
     parser = argparse.ArgumentParser(prog="tribo-rig", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="FOLDER", help="where rig.yaml is, or where it shall be")
-    parser.add_argument("--version", action="version", version=f"tribo-rig {__version__}")
+    add_option(parser, "tribo-rig")
     folder = Path(parser.parse_args(argv).folder)
     from tribo_design.reading import is_there
 
