@@ -1,5 +1,5 @@
-"""A moteus on python-can's virtual bus, with the examples' arm and a torque sensor on aux1: what force.py needs of one. Its time goes
-on by a period with each position command, so that a run is the same on any machine."""
+"""A moteus on python-can's virtual bus, with the examples' arm and a torque sensor on aux1: what force.py needs of one. FakeJoint has the
+examples' joint instead, in position mode. Time goes on by a period with each position command, so that a run is the same on any machine."""
 
 import pathlib
 import struct
@@ -10,6 +10,7 @@ import moteus
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "sim"))
 from arm import Arm, triangle  # noqa: E402, F401
 from can_node import CanNode  # noqa: E402
+from hinge import Hinge  # noqa: E402
 
 R = moteus.Register
 RESOLUTION = {moteus.INT8: (0x21, "<b"), moteus.INT16: (0x25, "<h"), moteus.INT32: (0x29, "<i"), moteus.F32: (0x2D, "<f")}
@@ -59,8 +60,11 @@ class FakeMoteus(CanNode):
     def fail(self, code):
         self.mode, self.fault, self.torque = moteus.Mode.FAULT, code, 0.0
 
+    def values(self):
+        return {R.MODE: self.mode, R.FAULT: self.fault, R.AUX1_ANALOG_IN1: self.offset + self.arm.reading / self.n_m_per_unit}
+
     def reply(self, query, to):
-        values = {R.MODE: self.mode, R.FAULT: self.fault, R.AUX1_ANALOG_IN1: self.offset + self.arm.reading / self.n_m_per_unit}
+        values = self.values()
         data = b""
         for register, resolution in query:
             head, code = RESOLUTION[resolution]
@@ -68,3 +72,34 @@ class FakeMoteus(CanNode):
             data += bytes((head, register)) + struct.pack(code, value if code == "<f" else int(value))
         size = next(n for n in (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64) if n >= len(data))
         self.send(1 << 8 | to, data.ljust(size, b"\x50"), is_fd=True, is_extended_id=to != 0)
+
+
+class FakeJoint(FakeMoteus):
+    """Position mode: a PD of the drive's own from substep to substep, the feedforward torque on top of it."""
+
+    KP, KD = 20.0, 0.7  # servo.pid_position, N m a turn and N m s a turn
+
+    def __init__(self, channel, period_s, counts, torque_sign=1):
+        self.hinge, self.sign = Hinge(period_s, counts), torque_sign
+        self.seen, self.at = [], {}  # at each command: position asked, angle, feedforward; what happens at the n-th, beside it
+        super().__init__(channel, period_s, 0.0, 1.0)
+
+    def command(self, command):
+        limit, target, velocity = (command[x] for x in (R.COMMAND_POSITION_MAX_TORQUE, R.COMMAND_POSITION, R.COMMAND_VELOCITY))
+        self.mode, self.left_s = moteus.Mode.POSITION, command[R.COMMAND_TIMEOUT]
+        self.seen.append((target, self.hinge.angle, command[R.COMMAND_FEEDFORWARD_TORQUE]))
+        for substep in range(Hinge.SUBSTEPS):
+            position = target + substep * self.hinge.dt * velocity
+            wanted = self.KP * (position - self.hinge.reading) + self.KD * (velocity - self.hinge.speed)
+            self.torque = min(max(wanted + self.sign * command[R.COMMAND_FEEDFORWARD_TORQUE], -limit), limit)
+            self.hinge.move(self.torque)
+        self.at.get(len(self.seen), lambda: None)()
+
+    def elapse(self, time_s):
+        """Time without a command."""
+        self.left_s -= time_s
+        if self.mode == moteus.Mode.POSITION and self.left_s <= 0:
+            self.mode, self.torque = moteus.Mode.TIMEOUT, 0.0
+
+    def values(self):
+        return {R.MODE: self.mode, R.FAULT: self.fault, R.POSITION: self.hinge.reading, R.TORQUE: self.sign * self.torque}

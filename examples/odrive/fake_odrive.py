@@ -1,7 +1,6 @@
 """An ODrive on python-can's virtual bus, with the examples' arm and the amplifier of a torque sensor. Its time goes on by a period
 with each torque command, so that a run is the same on any machine."""
 
-import math
 import pathlib
 import struct
 import sys
@@ -9,6 +8,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "sim"))
 from arm import Arm, triangle  # noqa: E402, F401
 from can_node import CanNode  # noqa: E402
+from hinge import Hinge  # noqa: E402
 
 NODE, SENSOR = 0, 0x7C0
 WATCHDOG_EXPIRED = 0x01000000
@@ -19,7 +19,7 @@ class FakeODrive(CanNode):
     def __init__(self, channel, period_s, watchdog_s=0.02):
         self.arm, self.period_s, self.watchdog_s = Arm(period_s), period_s, watchdog_s
         self.state, self.error, self.mode, self.torque, self.left_s = 1, 0, (2, 1), 0.0, watchdog_s
-        self.forces = []  # at each command in closed loop
+        self.forces, self.commands = [], 0  # at each command in closed loop
         self.at = {}  # what happens at the n-th command, beside it
         self.has_sensor = True
         super().__init__(channel)
@@ -52,12 +52,16 @@ class FakeODrive(CanNode):
         if self.mode != (1, 1):
             raise AssertionError("not torque control")
         self.torque = torque
-        self.forces.append(self.arm.force)
-        self.arm.step(torque)
-        self.at.get(len(self.forces), lambda: None)()
-        if len(self.forces) % HEARTBEAT_PERIODS == 0:
+        self.commands += 1
+        self.move(torque)
+        self.at.get(self.commands, lambda: None)()
+        if self.commands % HEARTBEAT_PERIODS == 0:
             self.heartbeat()
         self.sense()
+
+    def move(self, torque):
+        self.forces.append(self.arm.force)
+        self.arm.step(torque)
 
     def sense(self):
         if self.state == 8 and self.has_sensor:
@@ -74,32 +78,16 @@ class FakeODrive(CanNode):
             self.fail(WATCHDOG_EXPIRED)
 
 
-class Hinge:
-    """A joint of 0.002 kg m2 with 0.1 N m of Coulomb friction, in turns; its encoder has 8,192 counts."""
-
-    INERTIA, FRICTION, COUNTS, SUBSTEPS = 0.0126, 0.1, 8192, 20  # N m s2 a turn
-
-    def __init__(self, period_s):
-        self.dt, self.force, self.speed = period_s / self.SUBSTEPS, 0.0, 0.0  # `force`: where it is
-
-    @property
-    def reading(self):
-        return math.floor(self.force * self.COUNTS) / self.COUNTS
-
-    def step(self, torque):
-        for _ in range(self.SUBSTEPS):
-            push = torque + self.INERTIA * self.speed / self.dt
-            self.speed = 0.0 if abs(push) < self.FRICTION else (push - math.copysign(self.FRICTION, push)) * self.dt / self.INERTIA
-            self.force += self.dt * self.speed
-
-
 class FakeJoint(FakeODrive):
-    """An ODrive with that joint, and frames of its encoder instead of a sensor's."""
+    """An ODrive with the examples' joint, and frames of its encoder instead of a sensor's."""
 
     def __init__(self, channel, period_s):
-        self.hinge = Hinge(period_s)
+        self.hinge, self.seen = Hinge(period_s), []  # angles, at each command in closed loop
         super().__init__(channel, period_s)
-        self.arm = self.hinge
+
+    def move(self, torque):
+        self.seen.append(self.hinge.angle)
+        self.hinge.step(torque)
 
     def sense(self):
         if self.state == 8 and self.has_sensor:

@@ -2,7 +2,6 @@
 """joint.py: a position loop for a joint without a force sensor, with an ODrive over CANSimple, and its friction taken out. The drive's encoder
 frames are the clock: 500 Hz."""
 
-import math
 import pathlib
 import struct
 import sys
@@ -10,8 +9,10 @@ import sys
 import can
 import tribo
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "sim"))
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from force import IDLE, NODE, SET_AXIS_STATE, SET_INPUT_TORQUE, Axis  # noqa: E402
+from hinge import PositionLoop, swing  # noqa: E402
 
 ENCODER_ESTIMATES = 0x09
 PERIOD_S = 0.002
@@ -32,19 +33,6 @@ class Joint(Axis):
         return self.torque()
 
 
-class PositionLoop:
-    """A PD with the velocity of its reference: yours."""
-
-    def __init__(self):
-        self.last_off = None
-
-    def step(self, q_ref, q):
-        off = q_ref - q
-        rate = 0.0 if self.last_off is None else (off - self.last_off) / PERIOD_S
-        self.last_off = off
-        return KP * off + KD * rate
-
-
 # [add
 def friction():
     """Turns and N m. Friction is learned from the loop's own torque."""
@@ -62,7 +50,7 @@ def follow(bus, joint, references):
     axis = Joint(bus)
     try:
         axis.start()
-        loop = PositionLoop()
+        loop = PositionLoop(KP, KD, PERIOD_S)
         for q_ref in references:
             q = axis.position()
             axis.send(SET_INPUT_TORQUE, "<f", torque(joint, loop.step(q_ref, q), q_ref, q))
@@ -70,14 +58,6 @@ def follow(bus, joint, references):
         axis.send(SET_AXIS_STATE, "<I", IDLE)
 
 
-def swing():
-    """Where the joint shall go, in turns: yours."""
-    tick = 0
-    while True:
-        yield 0.25 * math.sin(math.pi * PERIOD_S * tick)
-        tick += 1
-
-
 if __name__ == "__main__":
     with can.Bus(interface="socketcan", channel="can0") as can0:
-        follow(can0, friction(), swing())
+        follow(can0, friction(), swing(PERIOD_S))

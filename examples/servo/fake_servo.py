@@ -1,6 +1,7 @@
 """A Dynamixel of the X540 series on a pty: protocol 2.0, the registers that force.py uses, and the examples' arm. Its time goes on by a
 period with each command, so that a run is the same on any machine."""
 
+import math
 import os
 import pathlib
 import struct
@@ -10,11 +11,12 @@ import tty
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "sim"))
 from arm import Arm, triangle  # noqa: E402, F401
+from hinge import Hinge  # noqa: E402
 
 HEADER = b"\xff\xff\xfd\x00"
 READ, WRITE, STATUS = 0x02, 0x03, 0x55
 ACCESS_ERROR, ALERT = 0x07, 0x80
-MODE, PORT_MODE, ENABLE, HARDWARE_ERROR, WATCHDOG, GOAL, DATA = 11, 56, 64, 70, 98, 102, 152
+MODE, PORT_MODE, ENABLE, HARDWARE_ERROR, WATCHDOG, GOAL, POSITION, DATA = 11, 56, 64, 70, 98, 102, 132, 152
 
 
 def crc16(data):
@@ -33,7 +35,7 @@ class FakeServo:
         self.n_m_per_unit, self.offset, self.n_m_per_count = n_m_per_unit, offset, n_m_per_count
         self.memory = {MODE: 3, PORT_MODE: 3, ENABLE: 0, HARDWARE_ERROR: 0, WATCHDOG: 0}
         self.units, self.silent_s, self.deaf = 0, 0.0, False
-        self.forces, self.at = [], {}  # at each command; what happens at the n-th, beside it
+        self.commands, self.forces, self.at = 0, [], {}  # at each command; what happens at the n-th, beside it
         self.master, slave = os.openpty()
         tty.setraw(slave)
         self.name = os.ttyname(slave)
@@ -98,10 +100,14 @@ class FakeServo:
         if self.memory[MODE] != 0 or not self.memory[ENABLE]:
             raise AssertionError("not current control")
         self.units = units
-        self.forces.append(self.arm.force)
-        self.arm.step(units * self.n_m_per_unit)
-        self.at.get(len(self.forces), lambda: None)()
+        self.commands += 1
+        self.move(units * self.n_m_per_unit)
+        self.at.get(self.commands, lambda: None)()
         return 0
+
+    def move(self, torque):
+        self.forces.append(self.arm.force)
+        self.arm.step(torque)
 
     def elapse(self, time_s):
         """Time without a packet."""
@@ -111,3 +117,22 @@ class FakeServo:
 
     def fail(self, error):
         self.memory[HARDWARE_ERROR], self.memory[ENABLE], self.units = error, 0, 0
+
+
+class FakeJoint(FakeServo):
+    """The same servo turns the examples' joint."""
+
+    COUNTS = 4096  # a turn
+
+    def __init__(self, period_s, n_m_per_unit, sign=1):
+        self.hinge, self.sign, self.seen = Hinge(period_s, self.COUNTS), sign, []  # angles and units, at each command
+        super().__init__(period_s, n_m_per_unit, 0, 1.0)
+
+    def move(self, torque):
+        self.seen.append((self.COUNTS * self.hinge.angle, self.units))
+        self.hinge.step(torque)
+
+    def read(self, address, size):
+        if address == POSITION:
+            return struct.pack("<i", self.sign * math.floor(self.COUNTS * self.hinge.angle))
+        return super().read(address, size)

@@ -34,3 +34,9 @@ def rms_of(references, forces):
     """In micronewton, over the second half."""
     half = len(references) // 2
     return 1e6 * math.sqrt(sum((r - f) ** 2 for r, f in zip(references[half:], forces[half:])) / half)
+
+
+def error_of(seen):
+    """RMS over the second half of what a fake drive with a joint has seen: rows that begin with reference and position."""
+    half = seen[len(seen) // 2:]
+    return math.sqrt(sum((row[0] - row[1]) ** 2 for row in half) / len(half))

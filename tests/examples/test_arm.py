@@ -14,9 +14,9 @@ def test_a_joint_with_a_controller_of_its_own_follows_better(tmp_path):
     assert compensated < without / 2.5
 
 
-def test_the_sketch_of_simplefoc_compiles(tmp_path):
+def test_the_sketches_of_simplefoc_compile(tmp_path):
     make("simplefoc", tmp_path, "arm")
-    assert (tmp_path / "sketch.o").exists()
+    assert (tmp_path / "simplefoc.o").exists() and (tmp_path / "joint.o").exists()
 
 
 @pytest.mark.parametrize("source", ["freertos/force_task.c", "zephyr/src/main.c"])

@@ -13,13 +13,17 @@ MODULES = pathlib.Path("/usr/lib/linuxcnc/modules")
 HAL = EXAMPLES / "linuxcnc" / "force.hal"
 
 
-@pytest.fixture(scope="module", name="modules")
-def _modules(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("modules")
+def made(folder, *names):
+    """The components, and those of LinuxCNC that a HAL file needs."""
     make("linuxcnc", folder)
-    for name in ("hal_lib", "threads", "siggen", "sampler"):
+    for name in ("hal_lib", "threads", "siggen", "sampler", *names):
         shutil.copy(MODULES / f"{name}.so", folder)
     return folder
+
+
+@pytest.fixture(scope="module", name="modules")
+def _modules(tmp_path_factory):
+    return made(tmp_path_factory.mktemp("modules"))
 
 
 def halrun(modules, folder, commands):

@@ -5,7 +5,7 @@ import sys
 import can
 import pytest
 
-from conftest import load
+from conftest import error_of, load
 
 joint, fake = load("odrive/joint.py"), load("odrive/fake_odrive.py")
 IDLE = 1
@@ -13,7 +13,7 @@ SECONDS = 16
 
 
 def references():
-    return [q for q, _ in zip(joint.swing(), range(int(SECONDS / joint.PERIOD_S)))]
+    return [q for q, _ in zip(joint.swing(joint.PERIOD_S), range(int(SECONDS / joint.PERIOD_S)))]
 
 
 @pytest.fixture(name="drive")
@@ -29,17 +29,12 @@ def follow(drive, term, asked):
         joint.follow(bus, term, asked)
 
 
-def rms_of(drive, asked):
-    half = len(asked) // 2
-    return (sum((q_ref - q) ** 2 for q_ref, q in zip(asked[half:], drive.forces[half:])) / half) ** 0.5
-
-
 def test_the_joint_follows_against_friction(drive, request):
     asked = references()
     term = joint.friction()
     follow(drive, term, asked)
     drive.finish()
-    assert len(drive.forces) == len(asked)
+    assert len(drive.seen) == len(asked)
     assert (drive.state, drive.torque) == (IDLE, 0)
     report = term.report()
     assert report.is_learned and report.cause == "sound" and report.friction == pytest.approx(fake.Hinge.FRICTION, rel=0.1)
@@ -49,11 +44,11 @@ def test_the_joint_follows_against_friction(drive, request):
     off.gain = 0.0
     follow(plain, off, asked)
     plain.close()
-    assert rms_of(plain, asked) > 2.5 * rms_of(drive, asked)
+    assert error_of(list(zip(asked, plain.seen))) > 2.5 * error_of(list(zip(asked, drive.seen)))
 
 
 def test_a_fault_of_the_drive_ends_the_loop(drive):
     drive.at[10] = lambda: drive.fail(0x1000)
     with pytest.raises(RuntimeError, match="0x1000"):
         follow(drive, joint.friction(), references()[:100])
-    assert len(drive.forces) == 10
+    assert len(drive.seen) == 10

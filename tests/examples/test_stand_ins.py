@@ -1,5 +1,7 @@
 """What runs on the host against a stand-in; for a microcontroller the sketch of SimpleFOC is compiled by test_arm.py."""
 
+import re
+
 from conftest import RMS_MAX_UN, make, rms_un
 
 
@@ -10,6 +12,20 @@ def test_simplefocs_sketch_follows_against_friction_until_a_tick_is_missed(tmp_p
     out = make("simplefoc", tmp_path, "run", "STALL=1")
     assert rms_un(out) > 100 * RMS_MAX_UN
     assert "enabled 0" in out
+
+
+def test_simplefocs_joint_follows_against_friction_and_its_guard_takes_the_term_out(tmp_path):
+    def run(word):
+        out = make("simplefoc", tmp_path, "joint", f"WITH={word}")
+        return dict(zip(("error", "enabled", "friction", "share", "cause"), re.match(
+            r"RMS error (\d+) urad, enabled (\d), friction (\d+) mA, share ([\d.]+), (\w+)", out).groups()))
+
+    on, off, stall, exchanged = (run(word) for word in ("", "off", "stall", "reversed"))
+    assert int(off["error"]) > 2.5 * int(on["error"])
+    assert (on["enabled"], on["share"], on["cause"]) == ("1", "1.00", "sound")
+    assert 360 < int(on["friction"]) < 440  # 0.1 N m, 4 A for a newton metre
+    assert stall["enabled"] == "0"
+    assert (exchanged["share"], exchanged["cause"]) == ("0.00", "astray")
 
 
 def test_the_loop_for_moteus_in_cpp_follows_and_stops_with_a_fault(tmp_path):

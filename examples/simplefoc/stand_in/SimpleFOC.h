@@ -1,5 +1,5 @@
 /// A stand-in for SimpleFOC: of its types what the sketch uses, with the meaning that version 2.4 gives them. It is not SimpleFOC, and a
-/// motor of it is the examples' arm: see main.cpp.
+/// motor of it is the examples' arm or joint: see main.cpp and joint.cpp.
 
 #ifndef EXAMPLES_STAND_IN_SIMPLEFOC_H
 #define EXAMPLES_STAND_IN_SIMPLEFOC_H
@@ -15,6 +15,7 @@ enum class MotionControlType
 {
     torque,
     velocity,
+    angle,
     custom
 };
 enum class TorqueControlType
@@ -28,12 +29,25 @@ struct DQCurrent_s
     float d, q;
 };
 
+/// P and I, at the 1 kHz that the sketches call move() with.
+struct PIDController
+{
+    float P = 0, I = 0, integral = 0;
+
+    float operator()(float error)
+    {
+        integral += 0.001f * I * error;
+        return P * error + integral;
+    }
+};
+
 class FOCMotor {
   public:
     virtual ~FOCMotor()
     {
     }
-    float             target = 0, current_sp = 0, current_limit = 0;
+    float target = 0, current_sp = 0, current_limit = 0, shaft_angle = 0, shaft_velocity = 0, feed_forward_velocity = 0;
+    PIDController     P_angle, PID_velocity;
     DQCurrent_s       feed_forward_current = {0, 0};
     int8_t            enabled              = 0;
     unsigned          motion_downsample    = 0;
@@ -53,7 +67,11 @@ class FOCMotor {
         if (enabled && motion_count++ >= motion_downsample)
         {
             motion_count = 0;
-            current_sp   = controller == MotionControlType::custom && custom ? custom(this) : target;
+            sense();
+            current_sp = controller == MotionControlType::custom && custom ? custom(this)
+                         : controller == MotionControlType::angle
+                             ? PID_velocity(feed_forward_velocity + P_angle(target - shaft_angle) - shaft_velocity)
+                             : target;
         }
     }
 
@@ -68,7 +86,8 @@ class FOCMotor {
     }
 
   private:
-    void flows(float ampere); // main.cpp
+    void flows(float ampere); // main.cpp, joint.cpp
+    void sense();
     float (*custom)(FOCMotor *) = nullptr;
     unsigned motion_count       = 0;
 };

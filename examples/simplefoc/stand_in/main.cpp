@@ -18,6 +18,10 @@ void FOCMotor::flows(float ampere)
     flowing = ampere;
 }
 
+void FOCMotor::sense()
+{
+}
+
 float read_force_n()
 {
     return arm.reading_n;

@@ -1,0 +1,61 @@
+component tribo_joint "Takes friction out of a joint with current and encoder, by tribo";
+pin in float command "Where the joint shall go, e.g. joint.N.motor-pos-cmd";
+pin in float feedback "Where it is, e.g. joint.N.motor-pos-fb; in the same unit";
+pin in float effort "Of your position loop, e.g. pid.x.output";
+pin in bit enable "From the machine's amp-enable-out; its rising edge restores a friction term that the guard has taken out";
+pin out float output "Effort for the drive, friction included; 0 without enable";
+pin out float offset "The friction term alone, for a drive with a position loop of its own";
+pin out float learned "Friction, in the unit of effort";
+pin out bit fault "Parameters that are refused: the log says which. Until enable falls";
+pin out s32 guard "Why the friction term is out: 0 it is not, 1 astray, 2 hunting, 3 reversed";
+param rw float effort_limit = 0 "Limit of the output";
+param rw float least_motion = 0 "Least motion that is no noise: four counts of the encoder";
+param rw float friction_gain = 0.9 "Part of the friction that is taken out, 0 to 1";
+include <math.h>;
+include "tribo/joint_f32.h";
+variable tribo_joint_f32_t joint;
+variable unsigned made;
+variable unsigned running;
+variable double gain_set;
+function _ fp "Once in a thread, behind the position loop";
+license "MIT";
+;;
+static tribo_status_t made_of(struct __comp_state *__comp_inst, double period_s)
+{
+    tribo_joint_config_t config = tribo_joint_config();
+    config.sample_time_s = period_s;
+    config.effort_max = effort_limit;
+    config.travel = least_motion;
+    config.gain = friction_gain;
+    return tribo_joint_f32_init(&joint, &config);
+}
+
+static void start(struct __comp_state *__comp_inst, double period_s)
+{
+    const tribo_status_t status = made ? TRIBO_OK : made_of(__comp_inst, period_s);
+    if (status != TRIBO_OK) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "tribo-joint: %s\n", tribo_status_text(status));
+    }
+    made = status == TRIBO_OK; // what it learns it keeps while the machine is off
+    gain_set = made ? gain_set : friction_gain;
+    tribo_joint_f32_restore(&joint);
+}
+
+FUNCTION(_)
+{
+    if (enable && !running) {
+        start(__comp_inst, fperiod);
+    }
+    running = enable;
+    if (friction_gain != gain_set && tribo_joint_f32_gain(&joint, friction_gain) == TRIBO_OK) {
+        gain_set = friction_gain;
+    }
+    fault = enable && !made;
+    const float u = tribo_joint_f32_step(&joint, (float)effort, (float)command, (float)feedback);
+    output = enable && made ? u : 0;
+    offset = enable && made ? u - fmax(-effort_limit, fmin(effort, effort_limit)) : 0;
+    tribo_joint_report_t report;
+    tribo_joint_f32_report(&joint, &report);
+    learned = report.friction;
+    guard = report.cause;
+}

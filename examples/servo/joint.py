@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+"""joint.py PORT: a position loop for a Dynamixel of the X540 series in current mode, without a force sensor, and its friction taken out; 250 Hz."""
+
+import pathlib
+import struct
+import sys
+
+import tribo
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "sim"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from force import ID, Servo, every, opened  # noqa: E402
+from hinge import PositionLoop, swing  # noqa: E402
+
+PRESENT_POSITION = 132
+PERIOD_S = 0.004
+COUNTS = 4096  # a turn
+CURRENT_MAX = 500  # units of 2.69 mA; at most the servo's Current Limit (38)
+KP, KD = 0.8, 0.025  # units a count, units s a count: yours
+
+
+class Joint(Servo):
+    def position(self):
+        counts, *status = self.packets.read4ByteTxRx(self.port, ID, PRESENT_POSITION)
+        self.checked(*status)
+        return struct.unpack("<i", struct.pack("<I", counts))[0]
+
+
+# [add
+def friction():
+    """Counts, and units of Goal Current. Friction is learned from the loop's own current."""
+    return tribo.Joint(sample_time_s=PERIOD_S, effort_max=CURRENT_MAX, travel=4)
+
+
+def current(joint, effort, q_ref, q):
+    """What is sent to the servo instead of `effort`."""
+    return round(joint.step(effort, q_ref, q))
+# add]
+
+
+def follow(servo, joint, references, pause):
+    """A position a period, until they end; then, or with any fault, the torque is off."""
+    try:
+        servo.start()
+        loop = PositionLoop(KP, KD, PERIOD_S)
+        for q_ref in references:
+            q = servo.position()
+            servo.command(current(joint, loop.step(q_ref, q), q_ref, q))
+            pause()
+    finally:
+        servo.off()
+
+
+def counts():
+    """Where the joint shall go: yours."""
+    return (COUNTS * q for q in swing(PERIOD_S))
+
+
+if __name__ == "__main__":
+    follow(Joint(opened(sys.argv[1])), friction(), counts(), every(PERIOD_S))
