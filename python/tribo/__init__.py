@@ -27,12 +27,13 @@ tribo.StatusError: compensator.friction.k_min: friction k_min: 1.01 to 1000; at 
 from ._core import PARAMETERS, Parameter, ScenarioError, StatusError, __version__, scenarios
 from ._doors import Axis, AxisReport, Joint, JointForce, JointReport
 from ._parts import Compensator, FeedForward, Friction, Guard, Loop
+from ._plot import Record
 from ._run import Difference, Learned, Run, Summary, run
 from ._study import Study
 from ._sweep import SweepError, sweep, sweep_report
 
-__all__ = ["PARAMETERS", "Axis", "AxisReport", "Compensator", "Difference", "FeedForward", "Friction", "Guard", "Joint", "JointForce", "JointReport", "Learned", "Loop", "Parameter", "Run", "ScenarioError", "StatusError",
+__all__ = ["PARAMETERS", "Axis", "AxisReport", "Compensator", "Difference", "FeedForward", "Friction", "Guard", "Joint", "JointForce", "JointReport", "Learned", "Loop", "Parameter", "Record", "Run", "ScenarioError", "StatusError",
            "Study", "Summary", "SweepError", "__version__", "run", "scenarios", "sweep", "sweep_report"]
 
-for _public in (Axis, AxisReport, Compensator, Difference, FeedForward, Friction, Guard, Joint, JointForce, JointReport, Learned, Loop, Parameter, Run, ScenarioError, StatusError, Study, Summary, SweepError, run, scenarios, sweep, sweep_report):
+for _public in (Axis, AxisReport, Compensator, Difference, FeedForward, Friction, Guard, Joint, JointForce, JointReport, Learned, Loop, Parameter, Record, Run, ScenarioError, StatusError, Study, Summary, SweepError, run, scenarios, sweep, sweep_report):
     _public.__module__ = "tribo"

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ._core import Arithmetic, new_error, raised, text
 from ._native import ffi, lib
+from ._plot import Record, recorded
 
 Floats = npt.NDArray[np.float64]
 
@@ -102,6 +103,7 @@ class Axis:
             raise raised(error)
         self._axis = ffi.gc(made, lib.native_axis_delete)
         self.arith = arith
+        self.sample_time_s = sample_time_s
 
     def step(self, r_N: float, y_N: float) -> float:
         """One tick: reference and reading give u."""
@@ -110,6 +112,11 @@ class Axis:
     def steps(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> Floats:
         """A tick for each element."""
         return _played(lib.native_axis_play, self._axis, _columns(r_N, y_N))
+
+    def record(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> Record:
+        """Likewise, with t_s, r_N and y_N: its plot() draws it."""
+        u_N = self.steps(r_N, y_N)
+        return Record(recorded(self.sample_time_s, r_N=r_N, y_N=y_N) | {"u_N": u_N})
 
     def error(self, r_N: float, y_N: float) -> float:
         """The first half of a tick: the error for a controller of your own."""
@@ -202,6 +209,7 @@ class Joint:
         self._joint = ffi.gc(made, lib.native_joint_delete)
         self._gain = gain
         self.arith = arith
+        self.sample_time_s = sample_time_s
 
     def step(self, effort: float, q_ref: float, q: float) -> float:
         """One tick: u for the drive."""
@@ -210,6 +218,11 @@ class Joint:
     def steps(self, effort: npt.ArrayLike, q_ref: npt.ArrayLike, q: npt.ArrayLike) -> Floats:
         """A tick for each element."""
         return _played(lib.native_joint_play, self._joint, _columns(effort, q_ref, q))
+
+    def record(self, effort: npt.ArrayLike, q_ref: npt.ArrayLike, q: npt.ArrayLike) -> Record:
+        """Likewise, with t_s, effort, q_ref and q: its plot() draws it."""
+        u = self.steps(effort, q_ref, q)
+        return Record(recorded(self.sample_time_s, effort=effort, q_ref=q_ref, q=q) | {"u": u})
 
     def load(self, load: float) -> None:
         """The load by a model of the arm, e.g. gravity, as effort: added to u from the next tick on, and not learned."""

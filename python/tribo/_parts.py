@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ._core import Arithmetic, Keys, Scenario, Value, all_keys, new_error, raised, signature_of, text
 from ._keywords import CompensatorKeys, FeedForwardKeys, FrictionKeys, GuardKeys, LoopKeys
 from ._native import ffi, lib
+from ._plot import Record, recorded
 from ._run import Learned, learned
 
 Floats = npt.NDArray[np.float64]
@@ -115,9 +116,10 @@ class Loop(_Learns):
         """A tick for each element: u."""
         return self._play((r_N, y_N), False)[0]
 
-    def record(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> dict[str, Floats]:
-        """Likewise, every output."""
-        return self._record(r_N, y_N)
+    def record(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> Record:
+        """Likewise, every output, with t_s, r_N and y_N."""
+        outputs = self._record(r_N, y_N)
+        return Record(recorded(self.sample_time_s, r_N=r_N, y_N=y_N) | outputs)
 
     @property
     def guard_cause(self) -> str | None:

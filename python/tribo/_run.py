@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, Unpack, cast
 
@@ -14,6 +14,7 @@ import numpy.typing as npt
 from ._core import Keys, Scenario, Value, all_keys, new_error, raised, signature_of, text
 from ._keywords import RunKeys
 from ._native import ffi, lib
+from ._plot import Record
 
 Array = npt.NDArray[Any]
 
@@ -90,35 +91,17 @@ def learned(tree: dict[str, Any]) -> Learned:
     return Learned(Way(**tree["positive"]), Way(**tree["negative"]), tree["harms"], int(tree["forgotten"]), tree.get("usual_force_N"))
 
 
-class Run(Mapping[str, Array]):
+class Run(Record):
     """A run's trace: the columns of trace.csv as numpy arrays, by name (`run["r_N"]`) or as attributes (`run.r_N`). `summary` is what it
-    amounts to; `q31` the trace of the second loop of a run in both arithmetics, else None."""
+    amounts to; `q31` the trace of the second loop of a run in both arithmetics, else None. `run.plot()` draws it."""
 
     summary: Summary
     q31: Run | None
 
     def __init__(self, columns: dict[str, Array], summary: Summary, q31: Run | None = None) -> None:
-        self._columns = columns
+        super().__init__(columns)
         self.summary = summary
         self.q31 = q31
-
-    def __getitem__(self, name: str) -> Array:
-        return self._columns[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
-
-    def __getattr__(self, name: str) -> Array:
-        try:
-            return self.__dict__["_columns"][name]  # type: ignore[no-any-return]
-        except KeyError:
-            raise AttributeError(f"a run has no {name}; its columns are {', '.join(self.__dict__.get('_columns', ()))}") from None
-
-    def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self._columns]
 
     def __repr__(self) -> str:
         return f"<tribo.Run of {len(self['t_s'])} ticks, RMS error {self.summary.rms_error_N:.6f} N>"

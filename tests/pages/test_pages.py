@@ -33,7 +33,7 @@ REASONS = [
     (".*", "mbpoll ", ELSEWHERE + "tests/linux/test_live.py"),
     (".*", r"cmake --(preset|build|workflow|install)", "builds for a target; tools/check does"),
     (".*", r"[^#]*--target (m0|m3|m4f|m7|rv32|serial|NAME)", "needs an emulator or a board; tests/lock_step"),
-    ("examples/.*", r"\./force.py", HARDWARE + "; tests/examples plays it on stand-ins"),
+    ("examples/.*", r"\./(force|joint).py", HARDWARE + "; tests/examples plays it on stand-ins"),
     ("docs/your-rig.md", "", ELSEWHERE + "tests/rig"),
     ("research/reproduction.md", "", "written by research/reproduce, which plays them"),
     ("tests/mutation/README.md", "", "hours; by hand"),

@@ -1,10 +1,13 @@
 """Parts stepped alone: the same bits tick by tick, over arrays and in the run that they are parts of."""
 
+import pathlib
+
 import numpy as np
 import pytest
 
 import tribo
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 ARITHMETICS = ("f32", "q31")
 PARTS = (tribo.Loop, tribo.Friction, tribo.Compensator, tribo.Guard, tribo.FeedForward)
 T = np.arange(3000) * 1e-3
@@ -90,7 +93,7 @@ def test_what_a_loop_learns_is_what_a_run_learns():
 
 def test_a_loop_knows_its_sample_time():
     assert tribo.Loop("triangle").sample_time_s == pytest.approx(0.001)
-    assert tribo.Loop("triangle", {"sample_time_s": 0.002}, arith="q31").sample_time_s == pytest.approx(0.002)
+    assert tribo.Loop(ROOT / "examples/rig/rig_500hz.yaml", arith="q31").sample_time_s == pytest.approx(0.002)
 
 
 def test_counters_and_bad_inputs():
