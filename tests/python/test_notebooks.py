@@ -45,8 +45,13 @@ def test_a_notebook_prints_what_it_shows(path, tmp_path, monkeypatch):
         assert len(figures) == sum(output["output_type"] == "display_data" for output in cell["outputs"])
 
 
-def test_the_three_notebooks_are_there():
-    assert [path.stem for path in NOTEBOOKS] == ["mujoco_joint", "paper_in_ten_minutes", "rig_from_log_to_header"]
+def test_the_notebooks_are_there():
+    assert [path.stem for path in NOTEBOOKS] == ["mujoco_joint", "mujoco_teleop", "paper_in_ten_minutes", "rig_from_log_to_header"]
+
+
+def test_a_joint_in_mujoco_takes_twenty_lines():
+    cells = json.loads((FOLDER / "mujoco_teleop.ipynb").read_text())["cells"]
+    assert sum(line.strip() != "" for cell in cells if cell["cell_type"] == "code" for line in cell["source"]) <= 20
 
 
 def png(figure):
