@@ -59,10 +59,10 @@ def test_replay_draws_with_its_reference_and_a_gap_between_logs(runs, tmp_path):
 @DRAWS
 def test_a_sweep_without_pandas_says_so(tmp_path):
     """The frame of tribo.sweep is read by an environment that has pandas; tests/python draws one there."""
-    (tmp_path / "pandas.py").write_text("raise ImportError\n", encoding="ascii")
+    (tmp_path / "pandas.py").write_text("raise ImportError('no such thing')\n", encoding="ascii")
     (tmp_path / "rows.parquet").write_bytes(b"PAR1")
     result = sim("plot", ".", "--out", "s.svg", cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)})
-    assert result.returncode == 1 and "which read rows.parquet: `pip install tribo[sweep]`" in result.stderr and not (tmp_path / "s.svg").exists()
+    assert result.returncode == 1 and "which read rows.parquet (no such thing): `pip install tribo[sweep]`" in result.stderr and not (tmp_path / "s.svg").exists()
 
 
 @DRAWS
@@ -87,7 +87,7 @@ def test_a_page_needs_no_network_and_no_matplotlib(runs, tmp_path):
     assert not re.search(r"(src|href)\s*=|@import|url\(|fetch\(|XMLHttp", text)
     assert "uPlot" in text and "Leon Sorokin" in text
     assert len(text) < 4_000_000
-    (tmp_path / "matplotlib.py").write_text("raise ImportError\n", encoding="ascii")
+    (tmp_path / "matplotlib.py").write_text("raise ImportError('no such thing')\n", encoding="ascii")
     assert page(tmp_path, runs / "off", runs / "feedforward") == text
 
 

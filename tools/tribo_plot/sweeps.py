@@ -47,8 +47,8 @@ class Sweep:
         try:
             import pandas
             import pyarrow  # noqa: F401
-        except ModuleNotFoundError:
-            raise PlotError(f"{sys.executable} has no pandas or no pyarrow, which read {path}: `pip install tribo[sweep]`") from None
+        except ImportError as error:
+            raise PlotError(f"{sys.executable} cannot import pandas and pyarrow, which read {path} ({error}): `pip install tribo[sweep]`") from None
         try:
             frame = pandas.read_parquet(path)
         except (OSError, ValueError) as error:
