@@ -170,6 +170,18 @@ static void test_a_guard_that_is_restored_lets_friction_back_and_judges_anew(voi
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_HUNTING, guard.state.cause);
 }
 
+static void test_a_guard_that_is_switched_off_lets_friction_back_and_forgets(void)
+{
+    swing(60, 20, 0.02, 0.0);
+    TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_HUNTING, guard.state.cause);
+    guard.params.on = 0u;
+    TEST_ASSERT_DOUBLE_WITHIN(GUARD_ROUNDING, 0.002, guard_step(&guard, 0.5, 0.5, 0.1));
+    TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_NONE, guard.state.cause);
+    swing(60, 20, 0.02, 0.0); // nobody watches
+    TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_NONE, guard.state.cause);
+    TEST_ASSERT_TRUE(guard_step(&guard, 0.5, 0.5, 0.1) == 1.0);
+}
+
 static void test_whatever_the_signals_the_fade_is_within_0_and_1(void)
 {
     random_t r = {5};
@@ -273,6 +285,7 @@ int main(void)
     RUN_TEST(test_breakaways_with_the_right_error_or_little_of_the_wrong_one_are_not);
     RUN_TEST(test_friction_fades_in_half_a_second_stays_away_and_comes_back_as_slowly);
     RUN_TEST(test_a_guard_that_is_restored_lets_friction_back_and_judges_anew);
+    RUN_TEST(test_a_guard_that_is_switched_off_lets_friction_back_and_forgets);
     RUN_TEST(test_whatever_the_signals_the_fade_is_within_0_and_1);
     RUN_TEST(test_it_judges_nothing_by_what_is_beyond_the_scale_or_no_number);
     RUN_TEST(test_set_up_names_the_field_that_is_wrong);

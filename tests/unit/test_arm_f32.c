@@ -33,7 +33,7 @@ void tearDown(void)
 
 static float step(float drive_n)
 {
-    arm_f32_step(&params, &state, drive_n);
+    tribo_arm_f32_step(&params, &state, drive_n);
     return state.force_n;
 }
 
