@@ -26,14 +26,14 @@ static int32_t travel_of(float units)
 /// Swings of a signal, in forces of the arithmetic: at least `least` of the range of u, and one over the whole range fills `ms`.
 static faults_swings_t swings_of(float range, float least, float ms, const drive_config_t *config)
 {
-    const float ticks = ms * 1000.0f / (float)config->period_us;
-    const float gain  = ticks / range * TRIBO_EITHER(1.0f, 4294967296.0f);
+    const float steps = FAULTS_SWING_STEPS * ms * 1000.0f / (float)config->period_us;
+    const float gain  = steps / range * TRIBO_EITHER(1.0f, 4294967296.0f);
     const float most  = TRIBO_EITHER(1e30f, 4e9f);
     return (faults_swings_t){.least = (scaling_rise_t)(least * range),
                              .gain  = (scaling_rise_t)(gain < most ? gain : most)};
 }
 
-/// In a second a level loses 1000 ms: swings of y over one range of u a second are left alone, and of u over 2.5. Noise moves u more
+/// In a second a level loses 500 ms: swings of y over half a range of u a second are left alone, and of u over 1.25. Noise moves u more
 /// than y, so that u's smallest swing is wider. Set by tests/firmware/loop_study.c.
 static void init_swings(faults_bounds_t *bounds, const drive_config_t *config, const loop_params_t *params)
 {
@@ -43,8 +43,8 @@ static void init_swings(faults_bounds_t *bounds, const drive_config_t *config, c
     bounds->swings_of_y = swings_of(range, 1.0f / 16.0f, 1000.0f, config);
     bounds->moves_of_r  = swings_of(range, 1.0f / 100.0f, 2000.0f, config);
     bounds->follow      = scaling_gain(h_s / (0.05f + h_s));
-    bounds->swing_ticks = (int32_t)ticks_of(config->swing_ms, config->period_us);
-    bounds->asked_most  = (int32_t)ticks_of(4000u, config->period_us);
+    bounds->swing_level = FAULTS_SWING_STEPS * (int32_t)ticks_of(config->swing_ms, config->period_us);
+    bounds->asked_most  = (int32_t)ticks_of(4000u, config->period_us); // forgotten in that time
 }
 
 void faults_init(faults_bounds_t *bounds, const drive_config_t *config, const loop_params_t *params)

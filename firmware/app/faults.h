@@ -19,7 +19,8 @@
 #define FAULTS_RISE_MEASURED 2u ///< ... three
 #define FAULTS_RISE_LOOP     1u ///< ... two: of tracking and command limit, which a fast reference leads to as well
 #define FAULTS_RISE_BAD      8u ///< ... nine: of readings that the debounce leaves out
-#define FAULTS_RISE_LIMITED  3  ///< of swings of y, with u at a limit
+#define FAULTS_RISE_LIMITED  6  ///< of swings of y, with u at a limit
+#define FAULTS_SWING_STEPS   2  ///< of a swing's level for a tick; it loses one of them a tick
 #define FAULTS_BAD_LEVEL     (FAULTS_RISE_BAD * 32u)
 
 #define FAULTS_REST_MS 1000u
@@ -29,7 +30,7 @@
 typedef struct
 {
     scaling_rise_t least; ///< smallest that counts
-    scaling_rise_t gain;  ///< ticks of a newton; of twice the full scale in Q31
+    scaling_rise_t gain;  ///< steps of a newton; of twice the full scale in Q31
 } faults_swings_t;
 
 /// The bounds of drive_config_t as forces of the arithmetic and as ticks.
@@ -46,7 +47,7 @@ typedef struct
 
     faults_swings_t swings_of_u, swings_of_y, moves_of_r;
     scaling_gain_t  follow; ///< part of the way to r that a loop goes in a tick
-    int32_t         swing_ticks, asked_most;
+    int32_t         swing_level, asked_most;
 
     loop_force_t ramp;           ///< of r a tick without a host; 0: a fault
     loop_force_t safe_reference; ///< where it ends
@@ -55,7 +56,7 @@ typedef struct
     uint32_t     over_current_level, bus_voltage_level, temperature_level;
 } faults_bounds_t;
 
-/// Turns of a signal, and the level that its swings have filled: in ticks, and below 0 what r has asked for in advance.
+/// Turns of a signal, and the level that its swings have filled: in steps, and below 0 what r has asked for in advance.
 typedef struct
 {
     loop_force_t begin, end; ///< of the present swing
@@ -167,7 +168,7 @@ static inline bool faults_command_limit(const faults_bounds_t *bounds, faults_lo
 
 #define FAULTS_CHARGE_MOST 1000000
 
-/// Ticks of a swing, limited where the range of u is tiny.
+/// Steps of a swing, limited where the range of u is tiny.
 static inline int32_t faults_charge(const faults_swings_t *swings, scaling_rise_t size)
 {
     const scaling_rise_t charge = TRIBO_EITHER(size * swings->gain, (uint32_t)((uint64_t)size * swings->gain >> 32));
@@ -210,7 +211,7 @@ static inline void faults_swing(const faults_bounds_t *bounds,
     turns->level = level < -bounds->asked_most ? -bounds->asked_most : level;
 }
 
-/// Ticks of the swing that has not turned yet.
+/// Steps of the swing that has not turned yet.
 static inline int32_t faults_under_way(const faults_swings_t *swings, const faults_turns_t *turns)
 {
     return faults_charge(swings,
@@ -218,7 +219,7 @@ static inline int32_t faults_under_way(const faults_swings_t *swings, const faul
                                       : scaling_rise(turns->begin, turns->end));
 }
 
-/// Ticks of swings that r has asked for by moving as far as a loop follows it.
+/// Steps of swings that r has asked for by moving as far as a loop follows it.
 static inline int32_t faults_asked(const faults_bounds_t *bounds, faults_loop_t *state, loop_force_t r)
 {
     const loop_force_t before = state->followed;
@@ -243,7 +244,7 @@ static inline bool faults_swinging(const faults_bounds_t *bounds,
                                    bool                   limited)
 {
     const int32_t asked = faults_asked(bounds, state, r);
-    if (bounds->swing_ticks == 0)
+    if (bounds->swing_level == 0)
     {
         return false;
     }
@@ -254,8 +255,8 @@ static inline bool faults_swinging(const faults_bounds_t *bounds,
         state->y.level += FAULTS_RISE_LIMITED;
     }
     const int32_t of_y = state->y.level;
-    return state->u.level > bounds->swing_ticks ||
-           (of_y > 0 && of_y + faults_under_way(&bounds->swings_of_y, &state->y) > bounds->swing_ticks);
+    return state->u.level > bounds->swing_level ||
+           (of_y > 0 && of_y + faults_under_way(&bounds->swings_of_y, &state->y) > bounds->swing_level);
 }
 
 static inline bool faults_reference(const faults_bounds_t *bounds, faults_state_t *state, bool renewed)

@@ -792,8 +792,8 @@ static void note_levels(healthy_t *seen, const rig_t *rig, shape_t shape)
     const double           now[LEVELS] = {share(loop->residual, bounds->residual_level),
                                           share(loop->tracking, bounds->tracking_level),
                                           share(loop->command_limit, bounds->command_limit_level),
-                                          share(loop->u.level, bounds->swing_ticks),
-                                          share(loop->y.level, bounds->swing_ticks)};
+                                          share(loop->u.level, bounds->swing_level),
+                                          share(loop->y.level, bounds->swing_level)};
     for (unsigned i = 0; i < LEVELS; i++)
     {
         seen->largest[shape][i] = fmax(seen->largest[shape][i], now[i]);

@@ -553,10 +553,11 @@ static void test_swings_of_u_and_of_y_are_each_a_fault(void)
 
 static void test_slow_swings_stop_once_u_is_at_its_limits_for_half_of_the_time(void)
 {
-    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.0, 0.9, 500, 0));
-    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.0, 0.9, 500, 10));
-    TEST_ASSERT_LESS_THAN_UINT(1000u, swings_of_one(0.0, 0.9, 500, 250));
-    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.0, 0.1, 500, 500)); // no swing: that is the command's limit
+    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.0, 0.45, 500, 0));
+    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.0, 0.45, 500, 10));
+    TEST_ASSERT_LESS_THAN_UINT(1010u, swings_of_one(0.0, 0.45, 500, 250));
+    TEST_ASSERT_LESS_THAN_UINT(5000u, swings_of_one(0.0, 0.9, 500, 0)); // over half a range a second
+    TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.0, 0.1, 500, 500));   // no swing: that is the command's limit
     TEST_ASSERT_EQUAL_UINT(5000u, swings_of_one(0.0, 0.9, 5000, 5000));
 }
 
@@ -599,7 +600,7 @@ static double seconds_of(bool of_u, double size, double times, uint32_t period_u
         const double phase = fmod(1e-6 * period_us * i * times, 1.0);
         const double x     = size * (phase < 0.5 ? phase : 1.0 - phase) * 2.0 - 0.25;
         faults_swing(&bounds, swings, &turns, board_force(x * range_n), 0);
-        if (turns.level > bounds.swing_ticks)
+        if (turns.level > bounds.swing_level)
         {
             return 1e-6 * period_us * i;
         }
@@ -607,12 +608,12 @@ static double seconds_of(bool of_u, double size, double times, uint32_t period_u
     return (double)INFINITY;
 }
 
-/// Two swings each time of 1 s (y) or 0.4 s (u) of the range, less what time has passed, until 1 s is full.
+/// Two swings each time of 1 s (y) or 0.4 s (u) of the range, less half of the time that has passed, until 1 s is full.
 static void check_swings(bool of_u, double size, double times)
 {
     static const uint32_t periods[] = {100, 250, 1000, 2000};
     static const double   ranges[]  = {1e-3, 0.02, 0.5, 4.0};
-    const double          filled    = 2.0 * size * times * (of_u ? 0.4 : 1.0) - 1.0;
+    const double          filled    = 2.0 * size * times * (of_u ? 0.4 : 1.0) - 0.5;
     for (unsigned p = 0; p < 4u; p++)
     {
         for (unsigned i = 0; i < 4u; i++)
@@ -636,9 +637,11 @@ static void test_swings_fill_their_level_by_size_at_any_rate_and_range(void)
     check_swings(false, 0.3, 5.0);
     check_swings(false, 0.1, 20.0);
     check_swings(false, 0.3, 1.5);
+    check_swings(false, 0.1, 2.4);
     check_swings(true, 1.0, 3.0);
     check_swings(true, 0.25, 15.0);
     check_swings(true, 0.25, 4.0);
+    check_swings(true, 0.25, 2.4);
     TEST_ASSERT_TRUE(seconds_of(false, 3e6, 1.0, 1000, 1e-6) < 2.0); // y beyond all that u can: the charge is limited
     TEST_ASSERT_TRUE(seconds_of(false, 0.06, 40.0, 1000, 4.0) > 6.0);
     TEST_ASSERT_TRUE(seconds_of(false, 0.066, 40.0, 1000, 4.0) < 1.0);
