@@ -27,7 +27,7 @@ GROUPS = [
     ("Into a drive", ["docs/integration.md", "docs/parameters.md", "docs/numbers.md", "firmware/README.md", "docs/linux.md", "examples/"]),
     ("For a rig", ["docs/your-rig.md", "docs/identification.md", "tools/design/README.md", "host_sim/"]),
     ("Tools", ["docs/tools.md", "docs/sweep.md", "docs/python.md"]),
-    ("Look up", ["docs/keys.md", "docs/all-parameters.md", "docs/registers.md", "docs/drive-keys.md", "docs/all-numbers.md", "docs/headers.md"]),
+    ("Look up", ["docs/keys.md", "docs/all-parameters.md", "docs/registers.md", "docs/drive-keys.md", "docs/headers.md"]),
     ("Understand and change", ["docs/architecture.md", "docs/feedforward.md", "research/", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", "tests/"]),
 ]
 
@@ -70,7 +70,7 @@ def print_pages(folder, options):
     printed = {
         "keys.md": "# Keys of a scenario\n\n" + said(options.sim, "list", "--markdown"),
         "all-parameters.md": "# All parameters\n\n" + said(options.sim, "list", "--parameters"),
-        "all-numbers.md": said(sys.executable, "-B", ROOT / "tests/bench/numbers_md.py", "--all").replace("# Numbers", "# All numbers", 1),
+        "numbers.md": said(sys.executable, "-B", ROOT / "tests/bench/numbers_md.py"),
     }
     if options.link:
         printed["registers.md"] = said(options.link, "list", "--markdown")

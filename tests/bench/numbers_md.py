@@ -1,6 +1,5 @@
-"""numbers_md.py [--check | --all]: writes docs/numbers.md and the table of facts in README.md from tests/target/budget.txt (by
-tools/dev/bench-target) and accuracy.txt (by tools/dev/bench). --check writes nothing and fails where they are not current. --all prints the page
-with every part of a tick on every processor.
+"""numbers_md.py [--check | --write]: prints all figures from tests/target/budget.txt (by tools/dev/bench-target) and accuracy.txt (by
+tools/dev/bench): every part of a tick on every processor. --write writes the table of facts in README.md, --check fails where that is not current.
 """
 
 import pathlib
@@ -14,14 +13,11 @@ import accuracy  # noqa: E402
 import boards  # noqa: E402
 import budget  # noqa: E402
 
-NUMBERS = ROOT / "docs" / "numbers.md"
 README = ROOT / "README.md"
 START = "<!-- facts: written by tools/dev/bench --update and tools/dev/bench-target --update -->\n"
 END = "<!-- end -->\n"
 TITLES = {"f32": "float32", "q31": "Q31"}
 PROCESSORS = list(boards.EMULATED)
-SHOWN = ["cortex-m0plus", "cortex-m4f", "rv32imc"]  # on the page; the others are next to one of them
-WHOLE_TICKS = 2  # the first of FUNCTIONS, which the page shows; the parts of a tick are with --all
 
 
 def name_of(processor):
@@ -59,14 +55,14 @@ def table(title, columns, rows):
     return "\n".join(lines + [f"| {' | '.join(row)} |" for row in rows]) + "\n"
 
 
-def costs(figures, rows, titles, processors):
+def costs(figures, rows, titles):
     """Rows of (text, names...) for each arithmetic of `titles`; more names stand side by side."""
     cells = [
-        [title + text, *(" / ".join(number(figures[p][f"{arithmetic}.{name}"]) for name in names) for p in processors)]
+        [title + text, *(" / ".join(number(figures[p][f"{arithmetic}.{name}"]) for name in names) for p in PROCESSORS)]
         for arithmetic, title in titles.items()
         for text, *names in rows
     ]
-    return table("", [name_of(p) for p in processors], cells)
+    return table("", [name_of(p) for p in PROCESSORS], cells)
 
 
 def module(name, tick):
@@ -188,21 +184,20 @@ PEERS = [
 
 INTRODUCTION = """# Numbers
 
-`tools/dev/bench --update` and `tools/dev/bench-target --update` write this page; tests fail where a figure grows. **Nothing here has run on a real drive.** Instructions were
-counted exactly by QEMU, from the call to the return, in code from gcc 12 at -O2. Code size and flash are at -Os. Stack was measured by painting it. A tick has two
-sections and no breakaway table unless stated. The worst tick is the worst found in 60 s of `triangle` and 20 s of random, limiting and bad inputs; it is not
-proven. Results are the same bits on every target. `tests/bench/numbers_md.py --all` prints the parts of a tick and all eight processors: M0 is as M0+. In
-float32 M7, M33 and RV32IMAFC are close to M4F; in Q31 all others but M0 are.
+`tests/bench/numbers_md.py` prints this page of what `tools/dev/bench --update` and `tools/dev/bench-target --update` have recorded; tests fail where a figure grows.
+**Nothing here has run on a real drive.** Instructions were counted exactly by QEMU, from the call to the return, in code from gcc 12 at -O2. Code size and flash are
+at -Os. Stack was measured by painting it. A tick has two sections and no breakaway table unless stated. The worst tick is the worst found in 60 s of `triangle` and
+20 s of random, limiting and bad inputs; it is not proven. Results are the same bits on every target.
 """
 
 
-def peers(figures, processors):
+def peers(figures):
     rows = []
     for text, peer in PEERS:
-        found = [figures[p].get(f"peer.{peer}.instructions") for p in processors]
+        found = [figures[p].get(f"peer.{peer}.instructions") for p in PROCESSORS]
         if not any(found):
             return ""
-        rows.append([text, *map(number, found), figures[processors[0]][f"peer.{peer}.error"]])
+        rows.append([text, *map(number, found), figures[PROCESSORS[0]][f"peer.{peer}.error"]])
     heading = "## Next to CMSIS-DSP\n\nThe paper's controller, two sections, one sample a call: instructions, and the error's RMS as a fraction of full scale.\n"
     m4f = figures["cortex-m4f"]
     ratios = [
@@ -210,7 +205,7 @@ def peers(figures, processors):
         for ours, theirs in ((PEERS[0][1], PEERS[1][1]), (PEERS[2][1], PEERS[3][1]), (PEERS[2][1], PEERS[4][1]))
     ]
     note = f"On the M4F this is {', '.join(ratios)}: reported, not promised.\n"
-    return f"\n{heading}\n{table('', [*(name_of(p) for p in processors), 'error'], rows)}\n{note}"
+    return f"\n{heading}\n{table('', [*(name_of(p) for p in PROCESSORS), 'error'], rows)}\n{note}"
 
 
 def cycles(figures):
@@ -234,9 +229,9 @@ DRIVE = [
 ]
 
 
-def drive(figures, processors, rows=DRIVE):
+def drive(figures):
     what = "What the firmware does in the timer's interrupt, in RUN with every check on, without a board's converters; bytes at 115,200 baud, both traces every tick. `tests/firmware/drive_cost.c`."
-    return f"\n## The drive's tick\n\n{what}\n\n{costs(figures, rows, {key: f'{name}: ' for key, name in TITLES.items()}, processors)}"
+    return f"\n## The drive's tick\n\n{what}\n\n{costs(figures, DRIVE, {key: f'{name}: ' for key, name in TITLES.items()})}"
 
 
 def small_images(figures):
@@ -253,18 +248,15 @@ def images(figures):
     return f"\n## The drive's image\n\nThe firmware with self-test, state machine and the board's port, at -O2; RAM without the stack.\n\n{table('', ['flash, bytes', 'RAM, bytes'], rows)}"
 
 
-def numbers_md(figures, record, whole=False):
-    """With every part of a tick on every processor, if `whole`."""
-    processors = PROCESSORS if whole else SHOWN
+def numbers_md(figures, record):
+    """With every part of a tick on every processor."""
     parts = [INTRODUCTION]
-    for title, what, rows, exact in FUNCTIONS if whole else FUNCTIONS[:WHOLE_TICKS]:
+    for title, what, rows, exact in FUNCTIONS:
         titles = {key: f"{name}: " for key, name in TITLES.items()} if "_*" in title else {"f32": ""}
-        parts.append(f"\n## {title}\n\n{what}\n\n{costs(figures, rows, titles, processors)}")
-        if exact and whole:
+        parts.append(f"\n## {title}\n\n{what}\n\n{costs(figures, rows, titles)}")
+        if exact:
             parts.append(f"\n{exactness(record, exact)}")
-    if not whole:
-        parts.append(f"\n## Accuracy\n\n{exactness(record, [row for *_, exact in FUNCTIONS for row in exact])}")
-    return "".join(parts) + drive(figures, processors, DRIVE if whole else [DRIVE[0], DRIVE[-1]]) + images(figures) + small_images(figures) + peers(figures, processors) + (cycles(figures) if whole else "")
+    return "".join(parts) + drive(figures) + images(figures) + small_images(figures) + peers(figures) + cycles(figures)
 
 
 def facts(figures, record):
@@ -295,34 +287,34 @@ def facts(figures, record):
         ["u over the benchmark against double, float32 / Q31", f"within {exact('force_loop.u')} N; the same bits on every target"],
         ["targets", f"{targets}, all emulated; Linux; an image for the STM32F405"],
     ]
-    return table("what it costs", ["on a Cortex-M4F unless named; [all figures](docs/numbers.md)"], rows)
+    return table("what it costs", ["on a Cortex-M4F unless named; `tests/bench/numbers_md.py` prints all figures"], rows)
 
 
-def render(whole=False):
-    """Text by file."""
-    figures = {p: derived(column) if p in PROCESSORS else column for p, column in read_figures().items()}
-    record = accuracy.read()
-    readme = README.read_text()
-    before, after = readme.index(START) + len(START), readme.index(END)
-    return {NUMBERS: numbers_md(figures, record, whole), README: f"{readme[:before]}\n{facts(figures, record)}\n{readme[after:]}"}
+def read():
+    """Figures and record."""
+    return {p: derived(column) if p in PROCESSORS else column for p, column in read_figures().items()}, accuracy.read()
+
+
+def readme():
+    """The README with today's facts."""
+    text = README.read_text()
+    before, after = text.index(START) + len(START), text.index(END)
+    return f"{text[:before]}\n{facts(*read())}\n{text[after:]}"
 
 
 def write():
-    for path, text in render().items():
-        path.write_text(text)
+    README.write_text(readme())
 
 
 def main():
-    if sys.argv[1:] == ["--all"]:
-        print(render(whole=True)[NUMBERS])
-        return 0
-    if sys.argv[1:] != ["--check"]:
+    if sys.argv[1:] == ["--write"]:
         write()
-        return 0
-    stale = [path.name for path, text in render().items() if not path.exists() or path.read_text() != text]
-    if stale:
-        print(f"numbers_md.py: not current: {', '.join(stale)}; run tests/bench/numbers_md.py")
-    return bool(stale)
+    elif sys.argv[1:] != ["--check"]:
+        print(numbers_md(*read()), end="")
+    elif README.read_text() != readme():
+        print("numbers_md.py: the README's table is not current; run tests/bench/numbers_md.py --write")
+        return 1
+    return 0
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@
 /// to code (the functions of `method` and of the guard). Nothing in a tick checks them, so keep them in
 /// flash, in RAM with ECC, or under a checksum of your own.
 ///
-/// A third and a fourth section, a breakaway table and a change of params cost more when used; docs/numbers.md has the
+/// A third and a fourth section, a breakaway table and a change of params cost more when used; tests/bench/numbers_md.py prints the
 /// figures. No heap, no libm, no globals, no double in a tick; the same bits on every target. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FORCE_LOOP_F32_H
