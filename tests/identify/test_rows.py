@@ -78,6 +78,13 @@ def test_a_pattern_is_found_with_its_size_and_period():
     assert float(text.split(", of ")[1].split()[0]) == pytest.approx(0.25 * level_of(rig), rel=0.4)
 
 
+@pytest.mark.parametrize("seed", (1009, 1013, 1025))  # sliding has less friction, and few rows are slow
+def test_cogging_is_found_beside_friction_that_falls(seed):
+    rig = strange.rig_of(seed)
+    text = residual.shows(log_of(strange.spoilt(rig, "cogging")[0]), "symmetric", level_of(rig))[0]
+    assert float(text.split("periods of ")[1].split()[0]) == pytest.approx(0.13 * rig["high"], rel=0.03), text
+
+
 @pytest.mark.parametrize("law", range(4))
 def test_the_lag_at_the_turns_is_the_rigs(law):
     """Whatever the friction. The other column, the other sign and another clock are seen by it."""
