@@ -68,6 +68,18 @@ def by_source(rig):
     return np.random.default_rng([rig["seed"], 39])
 
 
+class Risen:
+    """A plan of ramps upwards alone, of several rates."""
+
+    def __init__(self, rig):
+        self.high = rig["high"]
+
+    def reference(self):
+        ends = np.linspace(0, 1, 9)
+        lasts = np.where(np.arange(9) % 2 == 0, 0.5, 3.0)
+        return np.array([(t, self.high * part) for end, part, last in zip(np.cumsum(lasts + 1.0), ends, lasts) for t in (end - 1.0, end)])
+
+
 def sparse(rows, rig, part):
     return by_source(rig).uniform(size=len(rows)) < part
 
@@ -137,7 +149,7 @@ SPOILS = {
     "stamps twice": ({}, lambda rows, rig: with_column(rows, 0, rows[np.arange(len(rows)) // 2 * 2, 0]), (), {"clock"}),
     "F is constant": ({}, lambda rows, rig: with_column(rows, 2, rows[0, 2]), (), {"silent"}),
     "u is constant": ({}, lambda rows, rig: with_column(rows, 1, 0.1), (), {"silent"}),
-    "one way": ({}, lambda rows, rig: rows[: int(np.argmax(rows[:, 2] > 0.5 * rows[:, 2].max()))], (), {"one way", "loads", "unit of t", "clock"}),
+    "one way": ({}, lambda rows, rig: play(rig, plan=Risen(rig)), (), {"one way", "loads"}),
 }
 
 
