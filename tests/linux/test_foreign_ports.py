@@ -170,6 +170,20 @@ def test_the_words_say_who_answers():
         assert "has registers of version 0" in link("-d", f"tcp:127.0.0.1:{port}")[1]
 
 
+def test_a_drive_that_had_no_turn_is_asked_again():
+    clients = []
+
+    def busy_at_first(client):
+        clients.append(client)
+        if len(clients) > 1:
+            another_device(client)
+        else:
+            is_silent(client)
+
+    with listening(busy_at_first) as port:
+        assert "has registers of version 0" in link("-d", f"tcp:127.0.0.1:{port}")[1]
+
+
 @pytest.mark.parametrize(("address", "wrong"), [
     ("127.0.0.1:99999", "port: value 99999: 1 to 65535"),
     ("127.0.0.1:65536", "port: value 65536: 1 to 65535"),

@@ -509,7 +509,8 @@ static bool lock_line(const link_bus_t *bus)
     return true;
 }
 
-/// A drive serves one client at a time and is busy for a second one: waits for its turn.
+/// A drive serves one client at a time and is busy for a second one: waits for its turn. On a loaded machine the drive may
+/// have had none for RESPONSE_S: it is asked again.
 static bool connect_network(const link_bus_t *bus)
 {
     const double end_s = common_clock_s() + LOCK_WAIT_S;
@@ -530,7 +531,7 @@ static bool connect_network(const link_bus_t *bus)
             return true;
         }
         const bool is_foreign = errno > MODBUS_ENOBASE && !is_busy;
-        if (is_foreign || errno == ETIMEDOUT || common_clock_s() >= end_s)
+        if (is_foreign || common_clock_s() >= end_s)
         {
             return link_complain("%s: no answer from unit %d, or it serves another program%s",
                                  bus->device,
