@@ -4,26 +4,14 @@
 
 #include "error.h"
 
+#include "tribo_arithmetic.h"
+
 #include "tribo/axis_q31.h"
 #include "tribo/joint_q31.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define FULL 2147483648.0
-
-/// As a drive would: a number beyond full scale, or none, shows as the end of the scale.
-static int32_t q31_of(double x, double full_scale)
-{
-    const double y = x / full_scale * FULL;
-    return isnan(y) ? INT32_MIN : (int32_t)fmax(-FULL, fmin(FULL - 1.0, y));
-}
-
-static double number_of(int32_t x, double full_scale)
-{
-    return (double)x / FULL * full_scale;
-}
 
 // --- axis ------------------------------------------------------------------------------------------------------------------------
 
@@ -111,8 +99,10 @@ void native_axis_delete(native_axis_t *axis)
 static double axis_step(native_axis_t *axis, double r_n, double y_n)
 {
     const double full = axis->full_scale_n;
-    return axis->q31 ? number_of(tribo_axis_q31_step(&axis->fixed, q31_of(r_n, full), q31_of(y_n, full)), full)
-                     : (double)tribo_axis_f32_step(&axis->f32, (float)r_n, (float)y_n);
+    return axis->q31
+               ? tribo_n_of_q31(tribo_axis_q31_step(&axis->fixed, tribo_q31_of_n(r_n, full), tribo_q31_of_n(y_n, full)),
+                                full)
+               : (double)tribo_axis_f32_step(&axis->f32, (float)r_n, (float)y_n);
 }
 
 void native_axis_play(native_axis_t *axis, const double *r_n, const double *y_n, size_t count, double *u_n)
@@ -126,20 +116,22 @@ void native_axis_play(native_axis_t *axis, const double *r_n, const double *y_n,
 double native_axis_error(native_axis_t *axis, double r_n, double y_n)
 {
     const double full = axis->full_scale_n;
-    return axis->q31 ? number_of(tribo_axis_q31_error(&axis->fixed, q31_of(r_n, full), q31_of(y_n, full)), full)
+    return axis->q31 ? tribo_n_of_q31(
+                           tribo_axis_q31_error(&axis->fixed, tribo_q31_of_n(r_n, full), tribo_q31_of_n(y_n, full)),
+                           full)
                      : (double)tribo_axis_f32_error(&axis->f32, (float)r_n, (float)y_n);
 }
 
 double native_axis_command(native_axis_t *axis, double v_n)
 {
     const double full = axis->full_scale_n;
-    return axis->q31 ? number_of(tribo_axis_q31_command(&axis->fixed, q31_of(v_n, full)), full)
+    return axis->q31 ? tribo_n_of_q31(tribo_axis_q31_command(&axis->fixed, tribo_q31_of_n(v_n, full)), full)
                      : (double)tribo_axis_f32_command(&axis->f32, (float)v_n);
 }
 
 double native_axis_excess(const native_axis_t *axis)
 {
-    return axis->q31 ? number_of(tribo_axis_q31_excess(&axis->fixed), axis->full_scale_n)
+    return axis->q31 ? tribo_n_of_q31(tribo_axis_q31_excess(&axis->fixed), axis->full_scale_n)
                      : (double)tribo_axis_f32_excess(&axis->f32);
 }
 
@@ -285,9 +277,9 @@ void native_joint_play(native_joint_t *joint,
         if (joint->q31)
         {
             tribo_joint_q31_t *const x     = &joint->fixed;
-            const int32_t            given = isnan(effort[i]) ? 0 : q31_of(effort[i], full);
-            u[i] =
-                number_of(tribo_joint_q31_step(x, given, counts_of(q_ref[i], x->q_ref), counts_of(q[i], x->q)), full);
+            const int32_t            given = isnan(effort[i]) ? 0 : tribo_q31_of_n(effort[i], full);
+            u[i] = tribo_n_of_q31(tribo_joint_q31_step(x, given, counts_of(q_ref[i], x->q_ref), counts_of(q[i], x->q)),
+                                  full);
         }
         else
         {
@@ -300,7 +292,7 @@ void native_joint_load(native_joint_t *joint, double load)
 {
     if (joint->q31)
     {
-        tribo_joint_q31_load(&joint->fixed, isnan(load) ? joint->fixed.load : q31_of(load, joint->effort_max));
+        tribo_joint_q31_load(&joint->fixed, isnan(load) ? joint->fixed.load : tribo_q31_of_n(load, joint->effort_max));
         return;
     }
     tribo_joint_f32_load(&joint->f32, (float)load);

@@ -47,6 +47,15 @@ def test_an_axis_takes_friction_out_and_says_what_it_learned(arith):
 
 
 @pytest.mark.parametrize("arith", ARITHMETICS)
+def test_full_scale_itself_is_a_good_input_and_more_is_not(arith):
+    axis = tribo.Axis(**RIG, kp=0.5, ki_per_s=27.0, arith=arith, full_scale_N=2.0, input_max_N=2.0)
+    axis.steps([2.0, -2.0], [2.0, 2.0])
+    assert axis.report().bad_inputs == 0
+    axis.steps([2.1, math.nan], [2.0, 2.0])
+    assert axis.report().bad_inputs == 2
+
+
+@pytest.mark.parametrize("arith", ARITHMETICS)
 def test_ticks_and_arrays_of_an_axis_are_the_same(arith):
     r = 0.3 + 0.1 * np.sin(np.arange(2000) * 6e-3)
     one, many = (tribo.Axis(**RIG, kp=0.5, ki_per_s=27.0, arith=arith) for _ in range(2))

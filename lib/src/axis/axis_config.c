@@ -195,17 +195,6 @@ uint32_t tribo_axis_config_rig(const axis_parts_t *parts, const tribo_axis_f32_c
     return tribo_axis_checksum(numbers, sizeof numbers);
 }
 
-/// sqrt(x) for x from 0 to 1, by Newton's method.
-static float root(float x)
-{
-    float y = 1.0f;
-    for (uint32_t i = 0; i < 16u; i++)
-    {
-        y = 0.5f * (y + x / y);
-    }
-    return y;
-}
-
 void tribo_axis_report_direction(tribo_axis_report_t  *report,
                                  uint32_t              direction,
                                  const axis_learned_t *learned,
@@ -213,8 +202,8 @@ void tribo_axis_report_direction(tribo_axis_report_t  *report,
 {
     const float L = learned->L_n;
     const float spread =
-        2.0f *
-        (PRIOR_DEVIATION * root(limit_f32(learned->relative_variance, 0.0f, 1.0f)) * breakaway_n + MODEL_DEVIATION * L);
+        2.0f * (PRIOR_DEVIATION * root_f32(limit_f32(learned->relative_variance, 0.0f, 1.0f)) * breakaway_n +
+                MODEL_DEVIATION * L);
 
     report->breakaway_n[direction] = L;
     report->low_n[direction]       = larger(L - spread, 0.0f);

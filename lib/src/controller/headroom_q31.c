@@ -189,17 +189,6 @@ static void add(matrix_t *to, const matrix_t *X)
     }
 }
 
-/// sqrt(x) or up to 2e-6 of it more: Newton's method, from within 6 % by half the exponent, stays above.
-static float root(float x)
-{
-    float y = from_bits_f32((bits_f32(x) >> 1) + 0x1fc00000u);
-    for (uint32_t i = 0; i < 2u && x > 0.0f; i++)
-    {
-        y = 0.5f * (y + x / y);
-    }
-    return x > 0.0f ? y : 0.0f;
-}
-
 /// Bound on the sum of |signal k| over `ticks`. `of` are the signals for a 1 in each state, `energy` is the sum of x^T x.
 static float bound(const double_signals_t of[STATES_MAX], uint32_t k, const matrix_t *energy, float ticks)
 {
@@ -214,7 +203,7 @@ static float bound(const double_signals_t of[STATES_MAX], uint32_t k, const matr
             terms += magnitude((float)term);
         }
     }
-    return root(ticks * (larger((float)squares, 0.0f) + ROUNDING * terms));
+    return root_f32(ticks * (larger((float)squares, 0.0f) + ROUNDING * terms));
 }
 
 /// x behind the ticks that are summed. Not theirs: the rounding of states in float hides a slow mode.
