@@ -14,7 +14,7 @@ def main():
     parser = argparse.ArgumentParser(prog="research/reproduce", description="The paper's claims as experiments.")
     parser.add_argument("claims", nargs="*", metavar="CLAIM", help="which; all if left out")
     parser.add_argument("--list", action="store_true", help="lists the claims")
-    parser.add_argument("--update", action="store_true", help="writes research/reproduction.md as well")
+    parser.add_argument("--update", action="store_true", help="writes research/reproduction.md and .csv as well")
     parser.add_argument("--sim", required=True, help=argparse.SUPPRESS)
     parser.add_argument("--bench", required=True, help=argparse.SUPPRESS)
     parser.add_argument("--out", required=True, type=pathlib.Path, help=argparse.SUPPRESS)

@@ -1,6 +1,7 @@
 """The report: one row a claim, as Markdown with its figures beside it and as one HTML file."""
 
 import base64
+import csv
 import dataclasses
 import html
 import io
@@ -61,7 +62,7 @@ def count(sections):
 
 INTRODUCTION = (
     "The paper is \"Friction Hysteresis Modeling and Force Control in a Constrained "
-    "Single-link Arm\" (DOI 10.1115/1.4004580). Each row is one of its claims, played by `tribo-sim`. The paper's "
+    "Single-link Arm\" (DOI 10.1115/1.4004580). Its claims were played by `tribo-sim`. The paper's "
     "figures are of its rig, or of its own simulation with inputs that it does not list. The plant here is its model, "
     "Eqs. (7), (9) and (10), with its parameters. The inputs follow its description."
 )
@@ -84,13 +85,15 @@ def write_markdown(path, sections):
 
 
 def write_summary(path, sections):
-    """What came of each claim, for the tree. The report has what the paper says, the choices and the figures."""
+    """What came of each claim, for the tree: `path` and a CSV file beside it. The report has what the paper says, the choices and the figures."""
     parts = ["# The paper's claims, reproduced", INTRODUCTION,
-             "`research/reproduce --update` plays the claims and writes this page. What the paper says in each place, and the figures, are in the report whose "
-             "name it prints.", count(sections)]
-    rows = [(claim.where, claim.run, claim.verdict) for section in sections for claim in section.claims]
-    parts.append(markdown_table(("where", "this run shows", "verdict"), rows))
+             f"[{path.stem}.csv]({path.stem}.csv) has what each run shows. `research/reproduce --update` plays the claims and writes both files. What the paper says in "
+             "each place, and the figures, are in the report whose name it prints.", count(sections)]
     path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+    with open(path.with_suffix(".csv"), "w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(("where", "this run shows", "verdict"))
+        rows.writerows((claim.where, claim.run, claim.verdict) for section in sections for claim in section.claims)
 
 
 STYLE = """body{font:15px/1.5 sans-serif;max-width:72em;margin:2em auto;padding:0 1em}
