@@ -6,6 +6,12 @@
     FOLDER/result/             the loop: header for the drive, loop.yaml, registers.txt, report.html
 
 The files are the whole state: remove a log, and that step is done again.
+
+A joint without a force sensor has a folder of its own, made by --joint:
+
+    FOLDER/joint.yaml          what is known of the joint; written to be filled in, if it is not there
+    FOLDER/*-log.csv           effort and position, a sine and steps under your own loop
+    FOLDER/result/             friction with intervals, and the code that takes it out
 """
 
 import argparse
@@ -25,21 +31,34 @@ def main(argv=None):
 def _run(argv):
     parser = argparse.ArgumentParser(prog="tribo-rig", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="FOLDER", help="where rig.yaml is, or where it shall be")
+    parser.add_argument("--joint", action="store_true", help="a joint with current and encoder, without a force sensor")
     add_option(parser, "tribo-rig")
-    folder = Path(parser.parse_args(argv).folder)
+    options = parser.parse_args(argv)
+    folder = Path(options.folder)
     from tribo_design.reading import is_there
 
+    from . import joint as joints
     from . import rig as rigs
 
     path = folder / "rig.yaml"
+    if options.joint and is_there(path):
+        raise InputError(f"{path}: this folder is of a force axis; a joint needs one of its own")
+    if options.joint or is_there(folder / "joint.yaml") and not is_there(path):
+        if not is_there(folder / "joint.yaml"):
+            return _begin(folder / "joint.yaml", joints.TEMPLATE, "its sample time and the limit of its effort")
+        return joints.go_on(folder, _say)
     if not is_there(path):
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            path.write_text(rigs.TEMPLATE.read_text(encoding="utf-8"), encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-        return _say(f"Wrote {path}: fill in its sample time and safe forces.", f"Then run: tribo-rig {folder}")
+        return _begin(path, rigs.TEMPLATE, "its sample time and safe forces")
     return _go_on(folder, rigs.load(path))
+
+
+def _begin(path, template, what):
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(template.read_text(encoding="utf-8"), encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+    return _say(f"Wrote {path}: fill in {what}.", f"Then run: tribo-rig {path.parent}")
 
 
 def _say(*lines):

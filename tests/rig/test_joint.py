@@ -1,0 +1,122 @@
+"""tribo-rig --joint on joints of a stranger: what is found, what is refused, and what is written. The long version is joints.py."""
+
+import json
+import subprocess
+import sys
+
+import joints
+import numpy as np
+import pytest
+import ruamel.yaml as yaml
+
+import tribo
+
+SEEDS = range(3001, 3013)  # three of each law
+
+
+def rig(folder, *words):
+    return subprocess.run([sys.executable, "-B", "-m", "tribo_rig", folder, *words], capture_output=True, text=True, check=False)
+
+
+def test_friction_of_strange_joints_is_within_its_interval():
+    pairs = {}
+    for seed in SEEDS:
+        for name, pair in joints.compared(*joints.found(seed)).items():
+            pairs.setdefault(name, []).append(pair)
+    assert len(pairs["friction"]) == len(SEEDS)
+    for name, widest, least in (("friction", 0.02, 12), ("viscous", 0.03, 12), ("slope", 0.05, 2), ("breakaway", 0.15, 3)):
+        error, half = np.abs(np.array(pairs[name])).T
+        assert len(error) >= least, name
+        assert np.sum(error > half) <= 1, (name, error, half)
+        assert np.median(half) < widest, name
+
+
+@pytest.mark.parametrize("fault, cause", [("units", "units"), ("sign", "sign"), ("oneway", "one direction"), ("none", "no stiction"), ("hand", "model"), ("saturated", "saturated"), ("exchanged", "exchanged"),
+                                          ("coarse", "few loads"), ("late", "one direction"), ("still", "silent")])
+def test_what_a_log_cannot_tell_is_refused_with_its_cause(fault, cause):
+    for seed in (1, 17):
+        _, refusal = joints.found(seed, fault)
+        assert getattr(refusal, "cause", None) == cause, (seed, refusal)
+
+
+def test_a_refusal_of_coarse_logs_names_what_is_needed():
+    _, refusal = joints.found(1, "coarse")
+    assert "the joint moves by 1.305" in str(refusal) and "4.39" in str(refusal)
+
+
+@pytest.fixture(scope="module", name="made")
+def _made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("made") / "arm"
+    said = [rig(folder, "--joint")]
+    (folder / "joint.yaml").write_text("sample_time_s: 2e-3\neffort_max: 13\n")
+    said.append(rig(folder))
+    truth = joints.play(24, folder)
+    said.append(rig(folder))
+    return folder, said, truth
+
+
+def test_a_folder_goes_from_nothing_to_its_result(made):
+    folder, (first, second, third), truth = made
+    assert [one.returncode for one in made[1]] == [0, 0, 0], [one.stderr for one in made[1]]
+    assert f"Wrote {folder / 'joint.yaml'}" in first.stdout and "Swing the joint" in second.stdout and "sine-log.csv" in second.stdout
+    numbers = json.loads((folder / "result/verdict.json").read_text())
+    assert abs(numbers["friction"]["value"] - truth["friction"]) < numbers["friction"]["half"] < 0.02 * truth["friction"]
+    assert f"friction: {numbers['friction']['value']:.4g} +- " in third.stdout and "Wrote" in third.stdout
+    assert (folder / "result/report.html").read_text().startswith("<!DOCTYPE html>")
+
+
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_the_result_compiles_and_has_the_bits_of_its_config(arithmetic, tmp_path):
+    truth = joints.play(24, tmp_path)
+    scale = round(1 / truth["count"])
+    (tmp_path / "joint.yaml").write_text(f"sample_time_s: 2e-3\neffort_max: 13\nname: elbow\narithmetic: {arithmetic}\nlog: {{scales: {{q: {scale}}}}}\n")
+    said = rig(tmp_path)
+    assert said.returncode == 0, said.stderr
+    result = tmp_path / "result"
+    subprocess.run(["make", "--silent", f"TRIBO={joints.ROOT / 'lib'}", "CC=cc -Werror"], cwd=result, check=True)
+    config = yaml.YAML(typ="safe").load((result / "config.yaml").read_text())
+    joint = tribo.Joint(**config, arith=arithmetic)
+    q = np.round(300 * np.sin(np.arange(4000) * 2e-3))
+    effort = np.round(np.cos(np.arange(4000) * 2e-3), 4)
+    rows = "".join(f"{u:.4f} {a + 4:.0f} {a:.0f}\n" for u, a in zip(effort, q))
+    played = subprocess.run([result / "elbow"], input=rows, capture_output=True, text=True, check=True).stdout.split()
+    assert np.allclose(np.array(played, float), joint.steps(effort, q + 4, q), atol=2e-6)
+    assert np.ptp(joint.steps(0.5, q + 4, q)) > 0
+
+
+def test_what_was_found_takes_friction_out_from_the_first_move(made):
+    """With the found breakaway half of the friction is used before anything is learned; without it nothing."""
+    folder, _, _ = made
+    config = yaml.YAML(typ="safe").load((folder / "result/config.yaml").read_text())
+    q = 500 * config["travel"] * np.sin(np.arange(500) * 2e-3)
+    assert tribo.Joint(**config).steps(0.5, q, q)[400] == pytest.approx(0.5 + 0.9 * config["breakaway"] / 2, rel=0.05)
+
+
+@pytest.mark.parametrize("text, words", [
+    ("sample_time_s: 1e-3\neffort_max: 13\n", "a row every 0.002 s, but sample_time_s is 0.001 s"), ("sample_time_s: 2e-3\neffort_max: 0\n", "effort_max"),
+    ("sample_time_s: 2e-3\n", "effort_max"), ("sample_time_s: 2e-3\neffort_max: 13\nbreakaway: 1\n", "breakaway"),
+    ("sample_time_s: 2e-3\neffort_max: 13\nlog: {columns: {q: angle}}\n", "angle"), ("sample_time_s: 2e-3\neffort_max: 13\narithmetic: q31\n", "positions in counts")])  # fmt: skip
+def test_a_bad_joint_yaml_says_what_is_wrong_and_writes_nothing(text, words, made, tmp_path):
+    for path in made[0].glob("*-log.csv"):
+        (tmp_path / path.name).symlink_to(path)
+    (tmp_path / "joint.yaml").write_text(text)
+    said = rig(tmp_path)
+    assert said.returncode == 2 and words in said.stderr, said.stderr
+    assert not (tmp_path / "result").exists()
+
+
+def test_the_advice_for_q31_leads_on(made, tmp_path):
+    for path in made[0].glob("*-log.csv"):
+        (tmp_path / path.name).symlink_to(path)
+    text = "sample_time_s: 2e-3\neffort_max: 13\narithmetic: q31\n"
+    (tmp_path / "joint.yaml").write_text(text)
+    advice = rig(tmp_path).stderr.split("log.scales: ")[1].split("}")[0] + "}"
+    (tmp_path / "joint.yaml").write_text(text + f"log: {{scales: {advice}}}\n")
+    said = rig(tmp_path)
+    assert said.returncode == 0, said.stderr
+
+
+def test_a_folder_of_a_force_axis_is_not_taken_for_a_joints(tmp_path):
+    (tmp_path / "rig.yaml").write_text("")
+    said = rig(tmp_path, "--joint")
+    assert said.returncode == 2 and "of a force axis" in said.stderr
