@@ -139,8 +139,47 @@ static bool complain_of_missing(const reader_t *reader, const char *name)
                             names);
 }
 
+/// Keeps the unit of a field: what stands in the brackets at its end, or all of it.
+static void take_unit(char unit[COMMON_CSV_UNIT_MAX], const common_csv_field_t *field, bool bracketed)
+{
+    const char *begin = field->text, *end = field->text + field->length;
+    const bool  ends = field->length > 2 && (end[-1] == ']' || end[-1] == ')');
+    if (ends)
+    {
+        const char open = end[-1] == ']' ? '[' : '(';
+        for (const char *p = begin; p < end; p++)
+        {
+            begin = *p == open ? p + 1 : begin;
+        }
+        end--;
+    }
+    const size_t length = (size_t)(end - begin);
+    if ((ends || !bracketed) && length < COMMON_CSV_UNIT_MAX)
+    {
+        memcpy(unit, begin, length);
+        unit[length] = '\0';
+    }
+}
+
+/// Keeps the units of a line below the names.
+static void take_units(common_csv_t *csv, const reader_t *reader, const char *line)
+{
+    common_csv_field_t field = {.is_last = common_csv_line_ends(line)};
+    for (size_t number = 1; !field.is_last; number++)
+    {
+        (void)common_csv_take_field(&line, reader->separator, &field);
+        for (size_t i = 0; i < reader->count; i++)
+        {
+            if (reader->place[i] == number)
+            {
+                take_unit(csv->units[i], &field, false);
+            }
+        }
+    }
+}
+
 /// Places the columns by the names of a line.
-static bool read_header(reader_t *reader)
+static bool read_header(common_csv_t *csv, reader_t *reader)
 {
     common_csv_field_t field = {.is_last = false};
     while (!field.is_last)
@@ -163,6 +202,10 @@ static bool read_header(reader_t *reader)
                                         reader->columns[i].name);
             }
             reader->place[i] = is_it ? reader->fields : reader->place[i];
+            if (is_it)
+            {
+                take_unit(csv->units[i], &field, true);
+            }
         }
     }
     for (size_t i = 0; i < reader->count; i++)
@@ -430,6 +473,10 @@ static bool read_log_rows(common_csv_t *csv, reader_t *reader)
             continue;
         }
         const bool is_text = is_words(reader, reader->line_start);
+        if (is_text && csv->rows == 0)
+        {
+            take_units(csv, reader, reader->line_start);
+        }
         words += is_text && csv->rows > 0 ? 1u : 0u;
         csv->left_out += is_text ? 0u : 1u;
         if (!is_text || csv->rows > 0)
@@ -481,7 +528,7 @@ static bool read_log(common_csv_t *csv, reader_t *reader)
     begin_line(reader, first);
     reader->names = head.names;
     reader->next  = head.names != NULL ? head.names : head.rows;
-    if (!(head.names != NULL ? read_header(reader) : count_fields(reader)))
+    if (!(head.names != NULL ? read_header(csv, reader) : count_fields(reader)))
     {
         return false;
     }
@@ -499,7 +546,7 @@ static bool read_all(common_csv_t *csv, reader_t *reader)
     {
         return read_log(csv, reader);
     }
-    if (!read_header(reader))
+    if (!read_header(csv, reader))
     {
         return false;
     }

@@ -21,6 +21,7 @@
 #define COMMON_CSV_COLUMNS_MAX 8u          ///< most columns of one call
 #define COMMON_CSV_BYTES_MAX   (1u << 30u) ///< of a file
 #define COMMON_CSV_NUMBER_MAX  1e30        ///< keeps differences, slopes and floats finite
+#define COMMON_CSV_UNIT_MAX    16u         ///< bytes of a unit that is kept
 
 typedef struct
 {
@@ -37,7 +38,9 @@ typedef struct
     size_t     *lines, *positions;              ///< by row: its line, and there the place of the first column asked for
     size_t      left_out;                       ///< broken rows of a log
     char       *left_out_first;                 ///< what is wrong with the first one; null: none is left out
-    int         digits, decimals;               ///< most significant digits of its numbers, and most behind the point
+    char        units[COMMON_CSV_COLUMNS_MAX]
+              [COMMON_CSV_UNIT_MAX]; ///< of a log, in brackets behind a name or in the line below: else ""
+    int digits, decimals;            ///< most significant digits of its numbers, and most behind the point
 } common_csv_t;
 
 /// Reads `count` columns. On failure nothing is left to free.

@@ -16,6 +16,7 @@
 
 static const char *const role_words[SIM_LOG_ROLES] = {"t", "u", "F", "x", "v", "r"};
 static const char *const role_names[SIM_LOG_ROLES] = {"t_s", "u_N", "F_N", "x_deg", "w_deg_per_s", "r_N"};
+static const char *const role_units[SIM_LOG_ROLES] = {"s", "N", "N", "deg", "deg/s", "N"};
 
 typedef struct
 {
@@ -172,6 +173,37 @@ static void note_left_out(sim_log_report_t *report, common_csv_t *csv)
     }
 }
 
+/// What a log says of a unit and nobody has: read without it a force would be a thousand times too large.
+static bool check_unit(const common_csv_t *csv, size_t role, const sim_log_column_t *column, common_error_t *error)
+{
+    if (csv->values[role] == NULL || column->unit != 0.0 || column->scale != 0.0)
+    {
+        return true;
+    }
+    for (size_t i = 0; i < UNITS; i++)
+    {
+        const unit_t *const unit = &units[i];
+        if ((unit->factor != 1.0 || unit->is_torque) && strcmp(csv->units[role], unit->name) == 0 &&
+            strchr(unit->roles, role_words[role][0]) != NULL)
+        {
+            return common_error_set(
+                error,
+                "%s: column %s is in %s: say so by --unit %s=%s%s%s%s, or --unit %s=%s if it is not",
+                csv->name,
+                column->name != NULL ? column->name : role_names[role],
+                unit->name,
+                role_words[role],
+                unit->name,
+                unit->is_torque ? " --scale " : "",
+                unit->is_torque ? role_words[role] : "",
+                unit->is_torque ? "=NEWTON" : "",
+                role_words[role],
+                role_units[role]);
+        }
+    }
+    return true;
+}
+
 /// One file as a log of one segment, not yet resampled.
 static bool read_file(sim_log_t               *log,
                       const char              *path,
@@ -198,6 +230,14 @@ static bool read_file(sim_log_t               *log,
     {
         csv->values[SIM_LOG_F]     = csv->values[SIM_LOG_ROLES];
         csv->values[SIM_LOG_ROLES] = NULL;
+        memcpy(csv->units[SIM_LOG_F], csv->units[SIM_LOG_ROLES], COMMON_CSV_UNIT_MAX);
+    }
+    for (size_t i = 0; i < SIM_LOG_ROLES; i++)
+    {
+        if (!check_unit(csv, i, &options->columns[i], error))
+        {
+            return false;
+        }
     }
     if (csv->rows < 2)
     {

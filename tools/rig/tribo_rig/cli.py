@@ -16,6 +16,7 @@ A joint without a force sensor has a folder of its own, made by --joint:
 
 import argparse
 import hashlib
+import re
 from pathlib import Path
 
 from tribo_design.errors import InputError, run_command
@@ -103,4 +104,8 @@ def _log(folder, made, rig, what):
         _say(f"Play {played}, a row each {rig.sample_time_s:g} s for {made.time[-1]:.0f} s, as the command: {min(made.u):.3g} to {max(made.u):.3g} N. {what}",
              f"Put the log (time, command, force; a row each tick) to {path}, then run: tribo-rig {folder}")
         return None
-    return experiments.aligned(logs.read([path], rig.words()), made, path)
+    try:
+        log = logs.read([path], rig.words())
+    except InputError as error:
+        raise InputError(re.sub(r"--(unit|scale) (\w)=([^\s,]+)", r"log.\1s: {\2: \3}", str(error))) from None
+    return experiments.aligned(log, made, path)
