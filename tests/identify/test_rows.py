@@ -46,6 +46,12 @@ def test_a_late_force_of_few_sure_slides_is_named_after_the_fit_as_well():
     assert code != 0 and re.search(r"clock: F comes 0\.4\d* s after u", text), text
 
 
+def test_a_late_force_whose_slides_show_no_friction_is_named_for_its_clock():
+    rig = strange.rig_of(6024)
+    code, text = strange.call(*strange.spoilt(rig, "F late"))
+    assert code == 3 and strange.judge_spoilt(rig, "F late", code, text) == "right", text
+
+
 def test_stamps_in_ms_of_rows_each_0_1_ms_are_named_although_0_1_s_is_a_sample_time():
     rig = strange.rig_of(27)
     code, text = strange.call(*strange.spoilt(rig, "s for ms"))

@@ -388,7 +388,7 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
     load = float(np.median(slow[:, 1]))
     level = float(np.mean([line.breakaway(load, way) for way in (1, -1)]))
     _plausible(log, line, assume, level)
-    _stiction(line, level, load)
+    _stiction(log, line, level, load)
     shown = residual.shows(log, assume or "symmetric", level)
     ripple = ripple_of(slow, line)
     if ripple > level:
@@ -487,14 +487,17 @@ def _is_exchanged(log):
     return share >= FOLLOWS and _is_late(other, lag) and line.breakaway(load, 1) > 0
 
 
-def _stiction(line, level, load):
-    """Refuses friction that is not there: an answer of its own."""
+def _stiction(log, line, level, load):
+    """Refuses friction that is not there: an answer of its own, if u and F are of one clock."""
     if not line.is_sure():
         if not level > 0:
             raise Refusal("sign", "friction would push the way that F goes: a sign is wrong, or u and F are not of the same time")
         return
     low, high = np.percentile(_middle(list(line.values), line.draws, load), [2.5, 97.5])
     if level <= max((high - low) / 2, 2 * line.error):
+        lag, share = rows.lag_at_turns(log)
+        if share >= FOLLOWS and not _is_late(log, lag):
+            raise not_of_one_clock(log, lag)
         raise Refusal("no stiction", f"no stiction found: F follows u both ways with a lag of {1e3 * line.lag_s:.2g} ms, and friction is {level:.2g} +- {(high - low) / 2:.2g} N. There is nothing that compensation could take out")
 
 
