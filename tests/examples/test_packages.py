@@ -96,10 +96,13 @@ def test_arduino_compiles_as_its_builder_does(packages, tmp_path):
     for source in (folder / "src").rglob("*.c"):
         run("arm-none-eabi-gcc", "-std=gnu11", *flags, "-c", source, "-o", tmp_path / f"{source.stem}.o")
     assert not fused(tmp_path.glob("*.o"))
-    sketch = CALLER.replace('"tribo/feedforward_f32.h"', f"<{properties['includes']}>")
-    (tmp_path / "sketch.ino.cpp").write_text(sketch)
-    run("arm-none-eabi-g++", "-std=gnu++14", *flags, f"-I{ROOT / 'examples' / 'rig'}", "-c", tmp_path / "sketch.ino.cpp", "-o",
-        tmp_path / "sketch.o")
+    (tmp_path / "Arduino.h").write_text("#include <stdint.h>\nextern \"C\" float sinf(float);\nuint32_t micros();\nstruct serial_t { void begin(int); void println(const char *); };\nextern serial_t Serial;\n")
+    sketches = [CALLER.replace('"tribo/feedforward_f32.h"', f"<{properties['includes']}>")]
+    sketches += ['#include "Arduino.h"\n' + path.read_text() for path in sorted(folder.glob("examples/*/*.ino"))]
+    assert len(sketches) == 2
+    for number, sketch in enumerate(sketches):
+        (tmp_path / f"{number}.ino.cpp").write_text(sketch)
+        run("arm-none-eabi-g++", "-std=gnu++14", "-Wall", "-Wextra", "-Werror", *flags, f"-I{ROOT / 'examples' / 'rig'}", "-c", tmp_path / f"{number}.ino.cpp", "-o", tmp_path / f"{number}.ino.o")
 
 
 STUBS = {

@@ -7,6 +7,7 @@ use std::process::Command;
 
 const SOURCES: &[&str] = &[
     "axis.c",
+    "joint.c",
     @RUST_SOURCES@,
 ];
 
@@ -56,6 +57,7 @@ fn main() {
     println!("cargo:rerun-if-env-changed=CFLAGS");
     println!("cargo:rerun-if-changed={}", rig.display());
     println!("cargo:rerun-if-changed=axis.c");
+    println!("cargo:rerun-if-changed=joint.c");
     println!("cargo:rerun-if-changed=lib");
     println!("cargo:rustc-link-search=native={}", out.display());
     println!("cargo:rustc-link-lib=static=tribo");

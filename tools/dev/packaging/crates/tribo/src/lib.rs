@@ -5,8 +5,21 @@
 //! let u = axis.step(0.5, 0.48); // a reference and a reading in N, once in `axis.period_s()`
 //! assert!(u.is_finite());
 //! ```
+//!
+//! A joint with current and encoder needs no force sensor and no rig; it stands behind a loop of yours:
+//!
+//! ```
+//! use tribo::{Joint, JointConfig};
+//! let config = JointConfig { sample_time_s: 1e-3, effort_max: 3.0, travel: 0.0015, breakaway: 0.3, actuator_pole_rad_per_s: 0.0, gain: 0.9 };
+//! let mut joint = Joint::new(&config)?; // N m and rad
+//! let u = joint.step(0.5, 0.1, 0.1); // effort of your loop, where the joint shall be, where it is
+//! # Ok::<(), tribo::Refused>(())
+//! ```
 #![no_std]
 
+mod joint;
+
+pub use joint::{Cause, Force, Joint, JointConfig, Refused, Report};
 use tribo_sys::Axis;
 
 /// One axis. `step` is the same C as in a drive; an axis may be moved, and sent to another thread.
