@@ -87,15 +87,6 @@ sim_plant_t *sim_plant_create(const sim_plant_config_t *config, const sim_truth_
     return plant;
 }
 
-void sim_plant_reset(sim_plant_t *plant)
-{
-    plant->ops->reset(plant->truth);
-    plant->u_a_n        = 0.0;
-    plant->force_n      = 0.0;
-    plant->past_force_n = 0.0;
-    plant->filtered_n   = 0.0;
-}
-
 void sim_plant_destroy(sim_plant_t *plant)
 {
     if (plant != NULL)

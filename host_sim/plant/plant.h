@@ -34,7 +34,6 @@ typedef struct
 
 /// Creates a plant at rest; null if there is no memory. `config` must outlive it (its breakaway table is not copied).
 sim_plant_t *sim_plant_create(const sim_plant_config_t *config, const sim_truth_ops_t *truth);
-void         sim_plant_reset(sim_plant_t *plant);
 void         sim_plant_destroy(sim_plant_t *plant);
 
 /// Advances one step of step_s with `u_n` held.

@@ -65,9 +65,6 @@ typedef struct
     /// Creates a model at rest; null if there is no memory. The caller has checked the values, see scenario/keys.c.
     void *(*create)(const sim_truth_config_t *config, double step_s);
 
-    /// Back to rest at F = 0.
-    void (*reset)(void *model);
-
     /// Advances one plant step with `u_n` held and returns the end-point force F at its end.
     double (*step)(void *model, double u_n, sim_truth_signals_t *signals);
 

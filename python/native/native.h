@@ -36,7 +36,6 @@ void               native_scenario_close(native_scenario_t *scenario);
 
 /// Takes "key=value". After a refusal the scenario is only to be closed.
 bool native_scenario_set(native_scenario_t *scenario, const char *assignment, native_error_t *error);
-bool native_scenario_has(const native_scenario_t *scenario, const char *key);
 
 /// The library's parameters of its loop, in double, without a check; false if `key` is none of them.
 bool native_scenario_put(native_scenario_t *scenario, const char *key, double value);

@@ -66,11 +66,6 @@ bool native_scenario_set(native_scenario_t *scenario, const char *assignment, na
     return false;
 }
 
-bool native_scenario_has(const native_scenario_t *scenario, const char *key)
-{
-    return common_scenario_has(scenario->scenario, key);
-}
-
 bool native_scenario_put(native_scenario_t *scenario, const char *key, double value)
 {
     common_place_t    place;

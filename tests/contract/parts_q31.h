@@ -80,11 +80,6 @@ static inline int32_t parts_q31(double force_n)
     return (int32_t)fmin(2147483647.0, fmax(-2147483647.0, round(force_n / PARTS_FULL_SCALE_N * 2147483648.0)));
 }
 
-static inline double parts_from_q31(int32_t x)
-{
-    return x / 2147483648.0 * PARTS_FULL_SCALE_N;
-}
-
 // --- play ----------------------------------------------------------------------------------------------------------
 
 typedef struct

@@ -119,7 +119,7 @@ static double noisy(unsigned long i)
     return ((double)x / 2147483648.0 - 1.0) * (i % 1000 < 900 ? 1.0 : 100.0);
 }
 
-static void test_no_input_makes_a_model_diverge_and_reset_makes_it_new(void)
+static void test_no_input_makes_a_model_diverge(void)
 {
     for (size_t i = 0; i < SIM_TRUTH_COUNT; i++)
     {
@@ -127,23 +127,14 @@ static void test_no_input_makes_a_model_diverge_and_reset_makes_it_new(void)
         rig_init(&rig, sim_truth_models[i]);
         const sim_truth_ops_t *truth = rig.truth;
         void                  *model = truth->create(&rig.config, RIG_STEP_S);
-        void                  *other = truth->create(&rig.config, RIG_STEP_S);
         TEST_ASSERT_NOT_NULL(model);
-        TEST_ASSERT_NOT_NULL(other);
         sim_truth_signals_t signals = {0};
         for (unsigned long k = 0; k < 20000; k++)
         {
             const double force = truth->step(model, noisy(k), &signals);
             TEST_ASSERT_TRUE_MESSAGE(fabs(force) < 200.0 && isfinite(signals.f_n), truth->name);
         }
-        truth->reset(model);
-        for (unsigned long k = 0; k < 2000; k++)
-        {
-            const double u = 0.4 * sin(0.01 * (double)k);
-            TEST_ASSERT_TRUE_MESSAGE(truth->step(model, u, &signals) == truth->step(other, u, &signals), truth->name);
-        }
         truth->destroy(model);
-        truth->destroy(other);
     }
 }
 
@@ -180,7 +171,7 @@ int main(void)
     RUN_TEST(test_rows_of_parameters_are_sound);
     RUN_TEST(test_a_scenarios_defaults_are_those_of_the_rows);
     RUN_TEST(test_all_models_slide_with_breakaway_of_the_load);
-    RUN_TEST(test_no_input_makes_a_model_diverge_and_reset_makes_it_new);
+    RUN_TEST(test_no_input_makes_a_model_diverge);
     RUN_TEST(test_models_are_mirror_images_of_themselves);
     return UNITY_END();
 }

@@ -14,8 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define H    1.0e-3f
-#define FULL 2147483648.0
+#define H 1.0e-3f
 
 static tribo_arm_f32_config_t config;
 static tribo_arm_q31_params_t params;

@@ -43,14 +43,6 @@ sim_arm_matrices_t sim_arm_matrices(const common_arm_config_t *arm, double step_
     return (sim_arm_matrices_t){1.0 - phi[0], phi[1], -phi[2], phi[3]};
 }
 
-void sim_arm_reset(void *model)
-{
-    arm_t *arm = model;
-    arm->now   = (arm_state_t){.time_s = 0.0};
-    memset(arm->friction, 0, arm->law->size);
-    arm->law->reset(arm->friction, &arm->config, arm->now.z);
-}
-
 void sim_arm_parts(void *model, sim_truth_part_t parts[SIM_TRUTH_PARTS])
 {
     arm_t *arm = model;
@@ -90,7 +82,7 @@ void *sim_arm_create(const sim_law_t *law, const sim_truth_config_t *config, dou
     arm->config   = *config;
     arm->step_s   = step_s / steps_of(law);
     arm->matrices = sim_arm_matrices(&config->arm, arm->step_s);
-    sim_arm_reset(arm);
+    law->reset(arm->friction, &arm->config, arm->now.z);
     return arm;
 }
 

@@ -15,8 +15,7 @@
 /// Creates an arm at rest with this law; null if there is no memory.
 void *sim_arm_create(const sim_law_t *law, const sim_truth_config_t *config, double step_s);
 
-/// reset, step, destroy and parts of sim_truth_ops_t.
-void   sim_arm_reset(void *model);
+/// step, destroy and parts of sim_truth_ops_t.
 double sim_arm_step(void *model, double u_n, sim_truth_signals_t *signals);
 void   sim_arm_destroy(void *model);
 void   sim_arm_parts(void *model, sim_truth_part_t parts[SIM_TRUTH_PARTS]);

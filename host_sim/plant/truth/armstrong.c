@@ -248,7 +248,6 @@ static const common_key_t keys[] = {
 
 const sim_truth_ops_t sim_armstrong_truth = {.name    = "armstrong",
                                              .create  = create,
-                                             .reset   = sim_arm_reset,
                                              .step    = sim_arm_step,
                                              .destroy = sim_arm_destroy,
                                              .parts   = sim_arm_parts,

@@ -46,17 +46,6 @@ typedef struct
     tribo_relay_latch_t latch;
 } paper_truth_t;
 
-static void reset(void *model)
-{
-    paper_truth_t *truth = model;
-    truth->force_n       = 0.0;
-    truth->speed_n_per_s = 0.0;
-    truth->n_n           = 0.0;
-    truth->head          = 0;
-    truth->latch         = (tribo_relay_latch_t){0};
-    memset(truth->line, RELAYS_AT_REST, truth->width);
-}
-
 static void parts_of(void *model, sim_truth_part_t parts[SIM_TRUTH_PARTS])
 {
     paper_truth_t *truth = model;
@@ -92,7 +81,7 @@ static void *create(const sim_truth_config_t *config, double step_s)
         destroy(truth);
         return NULL;
     }
-    reset(truth);
+    memset(truth->line, RELAYS_AT_REST, truth->width);
     return truth;
 }
 
@@ -403,11 +392,5 @@ static const common_key_t keys[] = {
     SIM_TRUTH_END,
 };
 
-const sim_truth_ops_t sim_paper_truth = {.name    = "paper",
-                                         .create  = create,
-                                         .reset   = reset,
-                                         .step    = step,
-                                         .destroy = destroy,
-                                         .parts   = parts_of,
-                                         .keys    = keys,
-                                         .law     = &law};
+const sim_truth_ops_t sim_paper_truth =
+    {.name = "paper", .create = create, .step = step, .destroy = destroy, .parts = parts_of, .keys = keys, .law = &law};

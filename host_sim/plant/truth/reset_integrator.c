@@ -144,7 +144,6 @@ static const common_key_t keys[] = {
 
 const sim_truth_ops_t sim_reset_integrator_truth = {.name    = "reset_integrator",
                                                     .create  = create,
-                                                    .reset   = sim_arm_reset,
                                                     .step    = sim_arm_step,
                                                     .destroy = sim_arm_destroy,
                                                     .parts   = sim_arm_parts,

@@ -138,7 +138,6 @@ static void *create(const sim_truth_config_t *config, double step_s)
     };                                                                                                                 \
     const sim_truth_ops_t sim_servo_##id##_truth = {.name    = "servo_" #id,                                           \
                                                     .create  = create,                                                 \
-                                                    .reset   = sim_arm_reset,                                          \
                                                     .step    = sim_arm_step,                                           \
                                                     .destroy = sim_arm_destroy,                                        \
                                                     .parts   = sim_arm_parts,                                          \

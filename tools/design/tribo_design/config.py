@@ -229,10 +229,6 @@ class Plant(System):
             raise ValueError("gain_percent: goes with the form {gain, zeros, poles} only")
         return self
 
-    @property
-    def is_uncertain(self):
-        return any((self.gain_percent, self.delay_percent and self.delay_s, *self.zeros_percent, *self.poles_percent))
-
 
 class Wishes(Strict):
     """Weights in a user's words: wp = (s/peak + bandwidth)/(s + bandwidth steady_error), wu = 1/u_per_r, wT rising from `rolloff` on."""

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import control as ct
 import numpy as np
 
-from .loop import Continuous
 from .exact import zpk_of
 from .zpk import Zpk, round_roots, round_value
 
@@ -133,7 +132,3 @@ def rounded(system, digits):
     if anchor == 0.0:
         return rounded.with_value_at(0.0, round_value(system.at_zero(), digits))
     return Zpk(rounded.zeros, rounded.poles, round_value(system.gain, digits))
-
-
-def as_continuous(candidate):
-    return Continuous(candidate.zpk)
