@@ -46,7 +46,15 @@ void tribo_sys_joint_report(const tribo_joint_f32_t *joint, joint_report_t *repo
 {
     tribo_joint_report_t now;
     tribo_joint_f32_report(joint, &now);
-    *report = (joint_report_t){now.friction, now.low, now.high, now.load, now.share, now.is_learned, (int32_t)now.cause, now.bad_inputs, now.limited_ticks};
+    *report = (joint_report_t){now.friction,
+                               now.low,
+                               now.high,
+                               now.load,
+                               now.share,
+                               now.is_learned,
+                               (int32_t)now.cause,
+                               now.bad_inputs,
+                               now.limited_ticks};
 }
 
 void tribo_sys_joint_force(const tribo_joint_f32_t *joint, float *force)
