@@ -275,6 +275,28 @@ def test_others_machines_are_served_only_by_a_name(demo):
     assert done.returncode == 2 and "--listen 0.0.0.0:0 is not this machine alone: --allow NAME" in done.stderr
 
 
+def switched_in_the_page(page, tmp_path):
+    """Compensation off and on by the one switch, with the error of each; no card and no group of parameters is empty."""
+    said = "document.getElementById('gain').innerText"
+    switch = "document.getElementById('switch')"
+    page.wait("rms.on && rms.on.over > 4")
+    assert "not run yet" in page.evaluate(said) and page.evaluate(switch + ".textContent") == "Switch compensation off; now: feedforward"
+    page.evaluate(switch + ".click()")
+    page.wait("values['compensator.method'] === '2' && rms.off && rms.off.over > 4")
+    assert page.evaluate(switch + ".textContent") == "Switch compensation on: feedforward"
+    off, on = page.evaluate("[rms.off.error, rms.on.error]")
+    assert off > 1.5 * on and f"{float(page.evaluate('(rms.off.error / rms.on.error).toPrecision(2)')):g}" in page.evaluate(said)
+    for width, height in ((1280, 900), (390, 844)):
+        page.resize(width, height)
+        page.picture(tmp_path / f"page-{width}.png")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.evaluate(switch + ".click()")
+    page.wait("values['compensator.method'] === '1'")
+    assert page.evaluate("document.getElementById('compensator.method').selectedOptions[0].text") == "feedforward"
+    assert page.evaluate("[...document.querySelectorAll('section:not([hidden])')].every((card) => card.innerText.trim() !== '' && card.offsetHeight > 20)")
+    assert page.evaluate("[...document.querySelectorAll('#params details:not([hidden])')].every((box) => box.querySelector('.param:not([hidden])'))")
+
+
 @pytest.mark.skipif(chromium.PROGRAM is None, reason="needs chromium")
 def test_in_a_browser(at_rest, tmp_path):
     with chromium.chromium() as new_page:
@@ -288,6 +310,7 @@ def test_in_a_browser(at_rest, tmp_path):
         page.evaluate("(() => { const gain = document.getElementById('compensator.gain'); gain.value = '0.7'; gain.oninput(); "
                       "document.getElementById('set').click(); })()")
         page.wait("values['compensator.gain'] === '0.7'")
+        switched_in_the_page(page, tmp_path)
         page.evaluate("document.getElementById('stop').click()")
         page.wait("document.getElementById('state').textContent === 'idle'")
 
