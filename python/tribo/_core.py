@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import inspect
-import json
 import numbers
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, cast
+from typing import Any, Literal, TypeAlias
 
 from ._native import ffi, lib
 
 Arithmetic: TypeAlias = Literal["f32", "q31"]
-Value: TypeAlias = float | bool | str | Sequence[Mapping[str, float]]
+Value: TypeAlias = float | bool | str | Sequence[Mapping[str, float]] | Mapping[str, Any]
 Keys: TypeAlias = Mapping[str, Value]
 
 # A wheel's own; else those of the sources, in place.
@@ -107,7 +106,7 @@ def new_error() -> Any:
 
 def full_key(name: str, groups: Sequence[str] = (), within: Sequence[str] = ("",), is_group: bool = False) -> str:
     """The key that a keyword means: itself, in one of the groups, or the only one that ends with it. `within`: how a key of the part begins; a loop
-    has none of the plant's. A group's name is a key of it (`compensator.sensor`) unless its value `is_group`: YAML in braces."""
+    has none of the plant's. A group's name is a key of it (`compensator.sensor`) unless its value `is_group`: YAML in braces, or a mapping."""
     if "." in name:
         return name
     for key in (name, *(group + name for group in groups)):
@@ -120,7 +119,7 @@ def full_key(name: str, groups: Sequence[str] = (), within: Sequence[str] = ("",
 
 
 def all_keys(keys: Keys | None, keywords: Keys, groups: Sequence[str] = (), within: Sequence[str] = ("",)) -> dict[str, Value]:
-    return {full_key(name, groups, within, isinstance(value, str) and value.lstrip().startswith("{")): value for name, value in {**(keys or {}), **keywords}.items()}
+    return {full_key(name, groups, within, isinstance(value, Mapping) or isinstance(value, str) and value.lstrip().startswith("{")): value for name, value in {**(keys or {}), **keywords}.items()}
 
 
 def keywords_of(groups: Sequence[str] = (), within: Sequence[str] = ("",)) -> dict[str, Key]:
@@ -153,7 +152,7 @@ def signature_of(function: Any, groups: Sequence[str] = (), within: Sequence[str
     return given.replace(parameters=[*named, *(row for row in rows if row.name not in given.parameters)])
 
 
-def _yaml(value: Value) -> str:
+def _yaml(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, str):
@@ -162,8 +161,11 @@ def _yaml(value: Value) -> str:
         return str(int(value))
     if isinstance(value, numbers.Real):
         return repr(float(value))
-    elements = cast(Sequence[Mapping[str, float]], value)
-    return json.dumps([{key: float(number) for key, number in element.items()} for element in elements])
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {_yaml(one)}" for key, one in value.items()) + "}"
+    if isinstance(value, Iterable) and not isinstance(value, bytes):
+        return "[" + ", ".join(map(_yaml, value)) + "]"
+    raise ScenarioError(f"{value!r} is no number, no word, no mapping and no list of these")
 
 
 def scenarios() -> list[str]:
@@ -213,7 +215,10 @@ class Scenario:
     def set(self, key: str, value: Value) -> None:
         """As --set does."""
         error = new_error()
-        assignment = f"{key}={_yaml(value)}"
+        try:
+            assignment = f"{key}={_yaml(value)}"
+        except ScenarioError as kind:
+            raise ScenarioError(f"{key}: {kind}", key) from None
         if "\0" in assignment:
             raise ScenarioError(f"{key!r}: holds a zero byte", key)
         if not lib.native_scenario_set(self.handle, assignment.encode(errors="surrogateescape"), error):

@@ -81,10 +81,19 @@ def test_lists_choices_and_switches_are_values(tmp_path):
     assert not np.array_equal(run.y_N, tribo.run(None, keys | {"sensor.noise_seed": 8}).y_N)
 
 
+def test_a_group_is_a_mapping():
+    parts = {"compensator": {"method": "paper", "friction": {"k_min": 7, "k_max": 21.5}}, "sensor": {"noise_N": 0.001}}
+    assert as_csv(tribo.run(None, LEAST | parts)) == as_csv(tribo.run(None, LEAST | {"compensator.method": "paper", "compensator.friction.k_min": 7, "compensator.friction.k_max": 21.5, "sensor.noise_N": 0.001}))
+
+
 @pytest.mark.parametrize("keys, field, words", [
     ({"gain": 3}, "compensator.gain", "compensator.gain: 3 is outside 0 to 2"),
     ({"compensator.gian": 1}, "compensator.gian", "did you mean compensator.gain?"),
     ({"nonsense": 1}, "nonsense", "unknown key nonsense"),
+    ({"compensator": {"gain": 5.0}}, "compensator", "compensator.gain: 5 is outside 0 to 2"),
+    ({"method": None}, "compensator.method", "compensator.method: None is no number, no word, no mapping and no list of these"),
+    ({"plant": {"step_s": b"1"}}, "plant", "plant: b'1' is no number"),
+    ({"controller.sections": [1.0]}, "controller.sections", "controller.sections[0]: a mapping is expected here"),
     ({"k_min": 7}, "k_min", "several keys end so, give one of them in a dict: compensator.friction.k_min, plant.friction.k_min"),
     ({"plant.step_s": 3e-4}, None, "must go into sample_time_s a whole number of times"),
 ])
