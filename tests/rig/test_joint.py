@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import joints
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import ruamel.yaml as yaml
 
 import tribo
+from tribo_rig import slip
 
 SEEDS = range(3001, 3013)  # three of each law
 
@@ -37,6 +39,22 @@ def test_what_a_log_cannot_tell_is_refused_with_its_cause(fault, cause):
     for seed in (1, 17):
         _, refusal = joints.found(seed, fault)
         assert getattr(refusal, "cause", None) == cause, (seed, refusal)
+
+
+@pytest.mark.parametrize("name", ["noisy position", "coarse effort", "large numbers", "late effort"])
+def test_other_readings_of_the_same_joint_say_the_same(name, tmp_path):
+    for seed in (5001, 5006):
+        truth, random = joints.play(seed, tmp_path), np.random.default_rng(seed)
+        change = {"noisy position": lambda s: {"q": s.q + truth["count"] * random.normal(size=len(s.q))}, "coarse effort": lambda s: {"u": np.round(s.u / truth["friction"] * 15) * truth["friction"] / 15},
+                  "large numbers": lambda s: {"q": 1e4 * s.q + 1e5}, "late effort": lambda s: {"u": np.r_[np.full(3, s.u[0]), s.u[:-3]]}}[name]  # fmt: skip
+        result = slip.identify([replace(s, **change(s)) for s in joints.logs_in(tmp_path)], 1.2 * truth["u_max"])
+        error, half = joints.compared(truth, result)["friction"]
+        assert abs(error) < half < 0.1, (seed, error, half)
+
+
+def test_a_loop_that_rattles_is_named():
+    for seed in (6023, 6051):
+        assert joints.found(seed)[1].cause == "jumps"
 
 
 def test_a_refusal_of_coarse_logs_names_what_is_needed():

@@ -33,6 +33,7 @@ LEFT = 0.3  # of the friction, rms: more that is left is no law of friction
 LEFT_PART = 0.25  # of what is left, in an interval
 LAW = 0.005  # of the friction, likewise: what a law of friction is good for
 TOLD = 0.08  # half an interval of the slope: wider is not told
+RATTLES = 0.4  # of the friction, from tick to tick
 NOTHING = 2.0  # likewise: there is no friction to speak of
 BEYOND = 1.1  # of effort_max: u is something else
 LIMIT, LIMITED = 0.98, 0.1  # of effort_max; part of the rows that may be there
@@ -86,11 +87,17 @@ class Found:
     remarks: list = field(default_factory=list)
 
 
+def noise_of(q):
+    """Its standard deviation, where neighbours are independent; some tenths of a count for an encoder."""
+    return float(1.4826 * np.median(np.abs(np.diff(q, 2))) / np.sqrt(6)) if len(q) > 2 else 0.0
+
+
 def quantum(q):
-    """Of the encoder: the least change that is one."""
+    """The least change that is one: a count of the encoder, or four deviations of a reading's noise."""
     steps = np.abs(np.diff(q))
     steps = steps[steps > 1e-9 * max(np.ptp(q), 1e-30)]
-    return float(np.percentile(steps, 5)) if len(steps) else 0.0
+    least, noise = float(np.percentile(steps, 5)) if len(steps) else 0.0, noise_of(q)
+    return least if least > 0.5 * noise else 4 * noise
 
 
 def strokes_of(q, travel, number):
@@ -146,6 +153,8 @@ def rows_of(logs, strokes, part):
         if window >= len(s.q):
             continue
         short = max(5, window // 3) | 1
+        if 4 * noise_of(s.q) * np.sqrt(12 / short**3) / s.h > SLOW * np.percentile(np.abs(np.gradient(s.q[:: max(short, 2)], max(short, 2) * s.h)), 90):
+            short = window  # the noise of a short one would look like a stop
         v, a = (savgol_filter(s.q, window, 2, deriv=d, delta=s.h) for d in (1, 2))
         u, near = savgol_filter(s.u, window, 2), savgol_filter(s.q, short, 1, deriv=1, delta=s.h)
         for k, stroke in mine:
@@ -323,15 +332,13 @@ def _identify(logs, effort_max, travel):
     if rows is None or len(np.unique(rows.cluster)) < 2 * STROKES_MIN or any(np.sum(rows.way == way) < 10 for way in (1, -1)):
         _refuse("few loads", "the strokes have too few rows in which the joint slides evenly: record at a higher rate, or move it more slowly and further")
     shape = shape_of(rows)
-    fit = fitted(rows, shape)
-    others = [fitted(other, shape) for other in (rows_of(logs, strokes, 2 * WINDOW_PART), rows.only(np.abs(rows.v) > 0.35 * np.max(np.abs(rows.v)))) if other is not None and len(other.u) > 40]
-    left = float(np.sqrt(np.mean(fit.left**2)))
-    floor = float(np.hypot(LEFT_PART * left, LAW * fit.values[0]))
-    friction = with_interval(0, fit, others, floor)
-    load = float(np.mean(np.abs(fit.loads[shape.load or 0])))
-    slope = None if shape.load is None else with_interval(2, fit, others, floor / load)
+    others = [other for other in (rows_of(logs, strokes, 2 * WINDOW_PART), rows.only(np.abs(rows.v) > 0.35 * np.max(np.abs(rows.v)))) if other is not None and len(other.u) > 40]
+    fit, load, left, (friction, viscous, slope) = _estimates(rows, others, shape)
+    if slope is not None and not (slope.half < TOLD and slope.is_sure):
+        shape = replace(shape, load=None, hidden=abs(slope.value) + slope.half)
+        fit, load, left, (friction, viscous, slope) = _estimates(rows, others, shape)
     level = friction.value + (slope.value * load if slope else 0.0)
-    _judge(friction, level, left)
+    _judge(friction, level, left, max(float(np.std(np.diff(s.u))) for s in logs))
     frames = frames_of(rows)
 
     def fit_at(number, q):
@@ -341,16 +348,28 @@ def _identify(logs, effort_max, travel):
 
     starts = starts_of(logs, [stroke for stroke in strokes if stroke.log in frames], fit_at, level, count)
     fall = float(fit.values[-1] / level) if shape.knee else 0.0
-    return Found(friction, with_interval(1, fit, others, 2 * floor / float(np.max(np.abs(rows.v)))), slope, shape.hidden, _breakaway(starts, level), fall, load, level, travel, left, len(np.unique(rows.cluster)), len(starts),
+    return Found(friction, viscous, slope, shape.hidden, _breakaway(starts, level), fall, load, level, travel, left, len(np.unique(rows.cluster)), len(starts),
                  (rows.v, rows.way * (rows.u - fit.loads[0])))
 
 
-def _judge(friction, level, left):
+def _estimates(rows, others, shape):
+    """The fit, the mean load, what is left, and (friction, viscous, slope or None) with their intervals."""
+    fit, others = fitted(rows, shape), [fitted(other, shape) for other in others]
+    left, load = float(np.sqrt(np.mean(fit.left**2))), float(np.mean(np.abs(fit.loads[shape.load or 0])))
+    floor = float(np.hypot(LEFT_PART * left, LAW * fit.values[0]))
+    viscous = with_interval(1, fit, others, 2 * floor / float(np.max(np.abs(rows.v))))
+    slope = None if shape.load is None else with_interval(2, fit, others, floor / load)
+    return fit, load, left, (with_interval(0, fit, others, floor), viscous, slope)
+
+
+def _judge(friction, level, left, jumps):
     if friction.value + friction.half < 0 and left < LEFT * abs(level):
         _refuse("sign", "moving the joint gives energy: u and q have opposite signs. Turn one of them, by log.scales: {u: -1}")
     if left > NOTHING * abs(level) or not friction.is_sure:
         _refuse("no stiction", f"no friction found: {friction.text()}, beside {left:.2g} rms that no law of friction explains. There is nothing that compensation could take out; where you know better, look "
                                "whether u is what the loop puts out (log.columns.u), and whether a hand was at the joint")
+    if left > LEFT * abs(level) and jumps > RATTLES * abs(level):
+        _refuse("jumps", f"u jumps by {jumps:.3g} rms from tick to tick, beside {level:.3g} of friction: your loop rattles. Lower its gain on speed or filter the speed, and record again")
     if left > LEFT * abs(level):
         _refuse("model", f"no law of friction makes these logs: {left:.3g} of effort are left, rms, beside {level:.3g} of friction. Did a hand or a stop touch the joint, does another joint move it, "
                          "or is u another column (log.columns.u)?")
