@@ -42,6 +42,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         root = pathlib.Path(folder) / "root"
         say("mmdebstrap", "--variant=apt", CODENAMES[words[0][1]], root)
+        (root / "etc/dpkg/dpkg.cfg.d/unsafe-io").write_text("force-unsafe-io\n")  # as in the image
         shutil.copy("/etc/resolv.conf", root / "etc/resolv.conf")
         others = {name: value for name, value in os.environ.items() if not name.startswith(("TRIBO_", "CMAKE_", "PYTHON", "PIP_FIND_LINKS", "XDG_"))}
         inside = {"cwd": "/", "env": {**others, "PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/root", "DEBIAN_FRONTEND": "noninteractive"}}
