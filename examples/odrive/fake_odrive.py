@@ -81,13 +81,13 @@ class FakeODrive(CanNode):
 class FakeJoint(FakeODrive):
     """An ODrive with the examples' joint, and frames of its encoder instead of a sensor's."""
 
-    def __init__(self, channel, period_s):
-        self.hinge, self.seen = Hinge(period_s), []  # angles, at each command in closed loop
+    def __init__(self, channel, period_s, sign=1):
+        self.hinge, self.sign, self.seen = Hinge(period_s), sign, []  # sign: of the motor's turns; seen: angles, at each command in closed loop
         super().__init__(channel, period_s)
 
     def move(self, torque):
         self.seen.append(self.hinge.angle)
-        self.hinge.step(torque)
+        self.hinge.step(self.sign * torque)
 
     def sense(self):
         if self.state == 8 and self.has_sensor:

@@ -4,6 +4,7 @@ import sys
 
 import can
 import pytest
+import tribo
 
 from conftest import error_of, load
 
@@ -45,6 +46,16 @@ def test_the_joint_follows_against_friction(drive, request):
     follow(plain, off, asked)
     plain.close()
     assert error_of(list(zip(asked, plain.seen))) > 2.5 * error_of(list(zip(asked, drive.seen)))
+
+
+def test_the_term_goes_where_the_motor_turns_the_other_way(request):
+    drive = fake.FakeJoint(request.node.name, joint.PERIOD_S, sign=-1)
+    term = tribo.Joint(sample_time_s=joint.PERIOD_S, effort_max=1.0, travel=4 / joint.COUNTS, breakaway=0.15)
+    follow(drive, term, references()[:1000])
+    drive.close()
+    report = term.report()
+    assert report.cause != "sound" and report.share == 0
+    assert (drive.state, drive.torque) == (IDLE, 0)
 
 
 def test_a_fault_of_the_drive_ends_the_loop(drive):
