@@ -37,7 +37,7 @@ def test_the_output_goes_with_enable(modules, tmp_path):
         "loadusr -w sleep 6", *PINS, "setp tribo-joint.0.enable 0", WAIT, *PINS, "setp tribo-joint.0.enable 1", WAIT, *PINS)) + "\n"))
     outputs, offsets, faults, guards = (out[i::4] for i in range(4))
     assert [float(output) != 0 for output in outputs] == [True, False, True]
-    assert [abs(float(offset)) > 0.5 * FRICTION_N_M for offset in offsets] == [True, False, True]
+    assert [float(offset) != 0 for offset in offsets] == [True, False, True]
     assert (faults, guards) == (["FALSE"] * 3, ["0"] * 3)
 
 
