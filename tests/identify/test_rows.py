@@ -9,7 +9,7 @@ import pytest
 import strange
 import synthetic
 
-from tribo_identify import events, residual, rows, slides
+from tribo_identify import events, friction, residual, rows, slides
 from tribo_identify.refusal import Refusal
 
 # Those that a look at rows and slides tells.
@@ -91,6 +91,16 @@ def test_cogging_is_found_beside_friction_that_falls(seed):
     assert float(text.split("periods of ")[1].split()[0]) == pytest.approx(0.13 * rig["high"], rel=0.03), text
 
 
+def test_a_zero_that_steps_is_named_before_the_pattern_that_it_makes():
+    log = log_of(played(0) + np.c_[np.zeros((len(played(0)), 2)), np.where(np.arange(len(played(0))) > len(played(0)) / 3, 3.0, 0.0)])
+    assert residual.shows(log, "symmetric", level_of(rig_of(0)))[0].startswith(SHOWN["drifts"])
+
+
+def test_the_same_column_for_u_and_F_is_named():
+    code, text = strange.call(played(0)[:, [0, 2, 2]])
+    assert code == 3 and "F is u, row for row: it is the same column" in text, text
+
+
 @pytest.mark.parametrize("law", range(4))
 def test_the_lag_at_the_turns_is_the_rigs(law):
     """Whatever the friction. The other column, the other sign and another clock are seen by it."""
@@ -145,8 +155,6 @@ ADVICE = {"columns exchanged": ("--column u=", ["--column", "u=force", "--column
 @pytest.mark.parametrize("what", ADVICE)
 def test_advice_that_is_followed_leads_to_no_other_refusal(what, monkeypatch):
     """Up to the fit, which a sound log passes."""
-    from tribo_identify import friction
-
     fits = []
     monkeypatch.setattr(friction, "Fit", lambda *given: fits.append(given) or (_ for _ in ()).throw(Refusal("model", "fitted")))
     said, options = ADVICE[what]
@@ -212,8 +220,6 @@ def test_many_levels_of_load_are_many(law, part):
 
 def test_no_stiction_is_an_answer(monkeypatch):
     """Viscous friction alone; and little friction, which is not none."""
-    from tribo_identify import friction
-
     rig = rig_of(0) | {"offset": 1e-9, "slope": 0.0}
     with pytest.raises(Refusal, match="^no stiction found: F follows u both ways with a lag of .*There is nothing that compensation could take out"):
         friction.identify(log_of(strange.play(rig, plan=synthetic.plan_over(3.0, 20.0, noise=0.006, offset=0.4, slope=0.05, sample_time_s=1e-3))))

@@ -223,6 +223,8 @@ def check(log):
         raise Refusal("silent", f"u does not change, it is {u[0]:.4g} N throughout: there is no experiment in this log, or u is another column")
     if span == 0:
         raise Refusal("silent", f"the force sensor is silent: F is {force[0]:.4g} N throughout")
+    if np.max(np.abs(u - force)) < 1e-5 * span:
+        raise Refusal("silent", "F is u, row for row: it is the same column; name that of the measured force (--column F=...)")
     rows.check_jumps(log)
     if np.ptp(averaged) <= max(20 * noise_of(averaged), 1e-6 * span_u):
         raise Refusal("silent", f"the force sensor is silent: F stays within {np.ptp(averaged):.3g} N while u changes by {span_u:.3g} N (or u never leaves stiction)")

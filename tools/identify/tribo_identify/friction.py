@@ -388,8 +388,8 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
     load = float(np.median(slow[:, 1]))
     level = float(np.mean([line.breakaway(load, way) for way in (1, -1)]))
     _plausible(log, line, assume, level)
-    _stiction(log, line, level, load)
     shown = residual.shows(log, assume or "symmetric", level)
+    _stiction(log, line, level, load, shown)
     ripple = ripple_of(slow, line)
     if ripple > level:
         raise Refusal("ripple", "ripple: " + (shown[0] if shown else f"u has to overcome {ripple:.3g} N that changes with position, more than breakaway, {level:.3g} N; average over whole turns, or take it out of u"))
@@ -456,7 +456,7 @@ def _plausible(log, line, assume, level):
     if _is_turned(log, scale, share):
         raise Refusal("sign", WRONG_SIGN)
     if share < FOLLOWS:
-        raise other_unit(log) or Refusal("clock", f"clock: F does not follow u: at most {100 * share:.2g} % of the way of F goes the way of u, however late it is taken. Their stamps are not of one clock, or one of them is another column")
+        raise other_unit(log) or Refusal("clock", f"clock: F does not follow u: at most {100 * share:.2g} % of the way of F goes the way of u, however late it is taken. Their stamps are not of one clock, one of them is another column, or a filter of F is slower than the motion")
     if not _is_late(log, lag):
         raise not_of_one_clock(log, lag)
     if shown := residual.shows(log, assume or "symmetric", abs(level)):
@@ -487,7 +487,7 @@ def _is_exchanged(log):
     return share >= FOLLOWS and _is_late(other, lag) and line.breakaway(load, 1) > 0
 
 
-def _stiction(log, line, level, load):
+def _stiction(log, line, level, load, shown):
     """Refuses friction that is not there: an answer of its own, if u and F are of one clock."""
     if not line.is_sure():
         if not level > 0:
@@ -498,6 +498,8 @@ def _stiction(log, line, level, load):
         lag, share = rows.lag_at_turns(log)
         if share >= FOLLOWS and not _is_late(log, lag):
             raise not_of_one_clock(log, lag)
+        if shown and level > 0:
+            raise Refusal("model", f"model: {shown[0]}")
         raise Refusal("no stiction", f"no stiction found: F follows u both ways with a lag of {1e3 * line.lag_s:.2g} ms, and friction is {level:.2g} +- {(high - low) / 2:.2g} N. There is nothing that compensation could take out")
 
 

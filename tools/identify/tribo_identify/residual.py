@@ -68,13 +68,13 @@ def over_force(rows, left, level):
     part, size, period = best
     if part < FORCE_PART or size < FORCE_LEAST * level:
         return None
-    return (f"a pattern over force, the same upwards and downwards, of {size:.3g} N in periods of {period:.3g} N: {100 * size / level:.2g} % of breakaway. That is cogging, or whatever else pushes by "
-            "position: take it out of u, or average over whole periods of it")
+    return (f"a pattern over force, the same upwards and downwards, of {size:.3g} N in periods of {period:.3g} N: {100 * size / level:.2g} % of breakaway. That is cogging, a sensor that is not linear, or whatever else goes with "
+            "the position: take it out of u, or average over whole periods of it")
 
 
 def shows(log, assume, level):
-    """What the residual shows, the clearest first."""
+    """What the residual shows: first what changes with time, as that makes a pattern over force as well."""
     rows, left = slides.residual(log, assume)
     if len(rows) < 20 or not level > 0:
         return []
-    return [text for text in (over_force(rows, left, level), over_time(rows, left, level)) if text]
+    return [text for text in (over_time(rows, left, level), over_force(rows, left, level)) if text]
