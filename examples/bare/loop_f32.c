@@ -20,5 +20,6 @@ void loop_start(void)
 void loop_tick(void)
 {
     board_command(tribo_force_loop_f32_step(&rig_params, &loop, board_reference(), board_force(), NULL));
+    tribo_feedforward_f32_learn(&rig_params, &memory);
 }
 // add]

@@ -40,6 +40,7 @@ FUNCTION(_)
     }
     const unsigned before = loop.bad_inputs;
     const float u = tribo_force_loop_f32_step(&rig_params, &loop, (float)ref, (float)force, NULL);
+    tribo_feedforward_f32_learn(&rig_params, &memory);
     bad = loop.bad_inputs != before ? bad + 1 : 0;
     fault = fault || bad >= 20;
     command = enable && !fault ? u : 0;

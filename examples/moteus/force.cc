@@ -32,11 +32,10 @@ static void start()
 
 static double torque_for(double reference, double reading)
 {
-    return tribo_force_loop_f32_step(&rig_params,
-                                     &loop,
-                                     static_cast<float>(reference),
-                                     static_cast<float>(reading),
-                                     NULL);
+    const float u =
+        tribo_force_loop_f32_step(&rig_params, &loop, static_cast<float>(reference), static_cast<float>(reading), NULL);
+    tribo_feedforward_f32_learn(&rig_params, &memory);
+    return u;
 }
 // add]
 

@@ -2,16 +2,16 @@
 
 #include <SimpleFOC.h>
 
-BLDCMotor            motor = BLDCMotor(7);
-BLDCDriver3PWM       driver = BLDCDriver3PWM(9, 10, 11, 8);
-MagneticSensorSPI    sensor = MagneticSensorSPI(AS5147_SPI, 10);
-InlineCurrentSense   current_sense = InlineCurrentSense(0.01f, 50.0f, A0, A2);
+BLDCMotor          motor         = BLDCMotor(7);
+BLDCDriver3PWM     driver        = BLDCDriver3PWM(9, 10, 11, 8);
+MagneticSensorSPI  sensor        = MagneticSensorSPI(AS5147_SPI, 10);
+InlineCurrentSense current_sense = InlineCurrentSense(0.01f, 50.0f, A0, A2);
 
 // [add
 #include "rig_1khz_f32.h"
 
-const float    AMPERE_PER_N = 0.8f; // u in newton is the force at rest without friction
-volatile float reference_n;
+const float      AMPERE_PER_N = 0.8f; // u in newton is the force at rest without friction
+volatile float   reference_n;
 volatile uint8_t ticks; // of the timer
 
 static tribo_force_loop_f32_state_t   force_loop;
@@ -22,7 +22,9 @@ float read_force_n(); // yours; NAN if it has no reading
 
 float force_control(FOCMotor *)
 {
-    return AMPERE_PER_N * tribo_force_loop_f32_step(&rig_params, &force_loop, reference_n, read_force_n(), NULL);
+    const float u_n = tribo_force_loop_f32_step(&rig_params, &force_loop, reference_n, read_force_n(), NULL);
+    tribo_feedforward_f32_learn(&rig_params, &memory);
+    return AMPERE_PER_N * u_n;
 }
 
 void force_tick() // a timer of 1 kHz
@@ -38,7 +40,7 @@ void force_start()
     tribo_guard_f32_reset(&guard);
     tribo_guard_f32_attach(&force_loop, &guard);
     motor.linkCustomMotionControl(force_control);
-    motor.controller = MotionControlType::custom;
+    motor.controller        = MotionControlType::custom;
     motor.motion_downsample = 0; // move() runs at the timer's rate, the one that the rig was made for
 }
 // add]
@@ -53,7 +55,7 @@ void setup()
     current_sense.init();
     motor.linkCurrentSense(&current_sense);
     motor.torque_controller = TorqueControlType::foc_current;
-    motor.current_limit = 2.0f;
+    motor.current_limit     = 2.0f;
     motor.init();
     motor.initFOC();
     force_start();

@@ -51,6 +51,7 @@ static void tick(axis_t *axis)
 {
     const float y = (VESC_IF->io_read_analog(VESC_PIN_ADC1) - OFFSET_V) * N_PER_V;
     const float u = tribo_force_loop_f32_step(&axis->params, &axis->loop, reference_n(), y, NULL);
+    tribo_feedforward_f32_learn(&axis->params, &axis->memory);
     VESC_IF->timeout_reset();
     VESC_IF->mc_set_current_off_delay(OFF_DELAY_S);
     VESC_IF->mc_set_current(u * AMPERE_PER_N);

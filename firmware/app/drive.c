@@ -412,6 +412,10 @@ static void run_loop(drive_t *drive, const drive_setup_t *setup, uint32_t start_
         loop_motion(drive->memory, take_intended(drive), drive->moved, setup->widths_per_unit);
     }
     const loop_force_t u = TRIBO(force_loop, step)(setup->params, &drive->loop, r, drive->y, &drive->signals);
+    if (LOOP_LEARNS_IN_TICK && drive->memory != NULL)
+    {
+        loop_learn(setup->params, drive->memory);
+    }
 
     const bool          limited = drive->signals.controller.limited;
     const drive_fault_t found   = check_rig(drive, &setup->bounds, limited, u);
@@ -578,16 +582,22 @@ static void change_compensation(drive_t *drive, uint32_t requests)
     if ((requests & REQUEST_RESTORE) != 0u)
     {
         TRIBO(guard, restore)(&drive->guard);
-        if (drive->memory != NULL)
-        {
-            TRIBO(feedforward, restore)(&drive->memory->state);
-        }
+    }
+    drive->delayed |= requests & (REQUEST_RESTORE | REQUEST_FORGET);
+    if (drive->delayed == 0u || drive->memory == NULL || loop_is_learning(drive->memory))
+    {
+        return; // until the background has learned
     }
     const bool rests = drive->state != DRIVE_RUN && drive->state != DRIVE_STARTING;
-    if ((requests & REQUEST_FORGET) != 0u && rests && drive->memory != NULL)
+    if ((drive->delayed & REQUEST_RESTORE) != 0u)
+    {
+        TRIBO(feedforward, restore)(&drive->memory->state);
+    }
+    if ((drive->delayed & REQUEST_FORGET) != 0u && rests)
     {
         loop_forget(drive->setup->params, drive->memory);
     }
+    drive->delayed = 0;
 }
 #endif
 
@@ -652,6 +662,14 @@ void drive_tick(drive_t *drive)
 }
 
 // --- from the background -------------------------------------------------------------------------------------------
+
+void drive_learn(drive_t *drive)
+{
+    if (!LOOP_LEARNS_IN_TICK)
+    {
+        loop_learn(drive->setup->params, drive->memory);
+    }
+}
 
 void drive_reference(drive_t *drive, loop_force_t r)
 {
@@ -724,9 +742,10 @@ uint32_t drive_warnings(const drive_t *drive)
     warnings |= cause == TRIBO_GUARD_OVERSHOOT ? (uint32_t)DRIVE_WARNING_OVERSHOOT : 0u;
     if (drive->memory != NULL)
     {
-        const bool stays = tribo_feedforward_stays_at_bound(drive->memory->state.at_bound);
-        warnings |= stays ? (uint32_t)DRIVE_WARNING_BOUND : 0u;
-        warnings |= drive->memory->state.monitor.feedback.harms != 0u ? (uint32_t)DRIVE_WARNING_HARM : 0u;
+        const tribo_feedforward_learner_t *const learner = &drive->memory->state.learner;
+
+        warnings |= learner->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS ? (uint32_t)DRIVE_WARNING_BOUND : 0u;
+        warnings |= learner->harms != 0u ? (uint32_t)DRIVE_WARNING_HARM : 0u;
     }
     return warnings;
 }

@@ -183,6 +183,7 @@ typedef struct
     uint32_t           logged_warnings;
     volatile uint8_t   restores, forgets;
     uint8_t            restores_seen, forgets_seen;
+    uint32_t           delayed; ///< requests until the learner has no sample
 #endif
 } drive_t;
 
@@ -205,6 +206,10 @@ void drive_attach(drive_t *drive, loop_memory_t *memory);
 
 /// One tick: reads the inputs, checks them, runs the loop in RUN, and writes the command.
 void drive_tick(drive_t *drive);
+
+/// What the tick leaves to the background: learning, on a processor without an FPU. Call it every 10 ticks or more often; later is counted,
+/// and costs nothing but time to learn. On another core only if that keeps the order of its accesses, as a Cortex-M0+ does.
+void drive_learn(drive_t *drive);
 
 /// A host's reference from the next tick on. It must be renewed within reference_ms.
 void drive_reference(drive_t *drive, loop_force_t r);

@@ -14,7 +14,7 @@
 
 #include "tribo/force_loop_f32.h"
 
-#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 8
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 9
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 

@@ -15,7 +15,7 @@
 
 #include "tribo/force_loop_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 8
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 9
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 

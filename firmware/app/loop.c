@@ -97,37 +97,29 @@ void loop_forget(const loop_params_t *params, loop_memory_t *memory)
     }
 }
 
-#if TRIBO_IS_Q31
-/// The compiler's routine for 64 bits takes half a kilobyte.
-static float wide(uint64_t x)
+bool loop_is_learning(const loop_memory_t *memory)
 {
-    return (float)(uint32_t)(x >> 32) * 4294967296.0f + (float)(uint32_t)x;
+    return TRIBO(feedforward, is_learning)(&memory->state);
 }
-#else
-static float wide(float x)
-{
-    return x;
-}
-#endif
 
-loop_learned_t loop_learned(const loop_params_t *params,
-                            const loop_memory_t *memory,
-                            uint32_t             direction,
-                            loop_force_t         at,
-                            float                full_scale_n)
+void loop_learn(const loop_params_t *params, loop_memory_t *memory)
+{
+    if (memory != NULL)
+    {
+        (void)TRIBO(feedforward, learn)(params, memory);
+    }
+}
+
+tribo_feedforward_learned_t loop_learned(const loop_params_t *params,
+                                         const loop_memory_t *memory,
+                                         uint32_t             direction,
+                                         loop_force_t         at)
 {
     if (params->method == NULL)
     {
-        return (loop_learned_t){0};
+        return (tribo_feedforward_learned_t){0};
     }
-    const TRIBO(feedforward, learned_t) learned =
-        TRIBO(feedforward, learned)(&params->compensator.friction, &memory->state, direction, at);
-    return (loop_learned_t){.L_n               = TRIBO_LEARNED_N(float, learned.TRIBO_N(L), full_scale_n),
-                            .relative_variance = TRIBO_LEARNED_RELATIVE_VARIANCE(float, learned.relative_variance),
-                            .travel_n          = TRIBO_LEARNED_N(float, wide(learned.TRIBO_N(travel)), full_scale_n),
-                            .at_bound          = learned.at_bound,
-                            .harms             = learned.harms,
-                            .forgotten         = learned.forgotten};
+    return TRIBO(feedforward, learned)(params, &memory->state, direction, at);
 }
 
 void loop_guard_begin(loop_state_t *state, loop_guard_state_t *guard)
@@ -160,6 +152,12 @@ void loop_motion(loop_memory_t *memory, int32_t intended, int32_t measured, loop
 }
 
 void loop_forget(const loop_params_t *params, loop_memory_t *memory)
+{
+    (void)params;
+    (void)memory;
+}
+
+void loop_learn(const loop_params_t *params, loop_memory_t *memory)
 {
     (void)params;
     (void)memory;

@@ -51,6 +51,16 @@ loop_widths_t loop_widths_per_unit(uint32_t units);
 /// Before a tick of a loop without a sensor: the arm shall have moved by `intended` units in it, and has by `measured`.
 void loop_motion(loop_memory_t *memory, int32_t intended, int32_t measured, loop_widths_t per_unit);
 
+/// Learns from the last sample, if there is one; nothing happens for params without a feed-forward, or without a memory.
+void loop_learn(const loop_params_t *params, loop_memory_t *memory);
+
+/// Where the learner is called: after the tick where the processor has an FPU, else in the background, which the tick interrupts.
+#if defined(__SOFTFP__) || defined(__riscv_float_abi_soft)
+#define LOOP_LEARNS_IN_TICK 0
+#else
+#define LOOP_LEARNS_IN_TICK 1
+#endif
+
 /// Nothing learned yet, for params with a feed-forward; nothing happens for others.
 void loop_forget(const loop_params_t *params, loop_memory_t *memory);
 
@@ -76,20 +86,14 @@ tribo_status_t loop_setup_guard(loop_setup_t                   *setup,
                                 float                           sample_time_s,
                                 float                           full_scale_n);
 
-/// What a feed-forward has learned of breakaway in one direction, in physical units.
-typedef struct
-{
-    float    L_n, relative_variance, travel_n; ///< see tribo/feedforward_f32.h
-    bool     at_bound, harms;
-    uint32_t forgotten;
-} loop_learned_t;
-
 /// In `direction` (TRIBO_BREAKAWAY_POSITIVE or _NEGATIVE) at the force `at`; zeros for params without a feed-forward.
-loop_learned_t loop_learned(const loop_params_t *params,
-                            const loop_memory_t *memory,
-                            uint32_t             direction,
-                            loop_force_t         at,
-                            float                full_scale_n);
+tribo_feedforward_learned_t loop_learned(const loop_params_t *params,
+                                         const loop_memory_t *memory,
+                                         uint32_t             direction,
+                                         loop_force_t         at);
+
+/// The learner has a sample, and may be at work: leave what is learned alone.
+bool loop_is_learning(const loop_memory_t *memory);
 
 /// After a reset of the loop, which it will watch: nothing seen. A cause stays latched, and what was faded stays so.
 void loop_guard_begin(loop_state_t *state, loop_guard_state_t *guard);

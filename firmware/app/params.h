@@ -200,13 +200,16 @@ bool params_protect_alike(const params_set_t *set, const params_set_t *like, par
 bool params_signs_alike(const params_set_t *set, const params_set_t *like, params_error_t *error);
 
 /// Differs if the words of a set mean something else. Of the library's list it takes the number of rows, as their registers do not move;
-/// OWN is the CRC-32 of the other names, which are not in an image: test_registers.c computes it.
-#define PARAMS_LAYOUT_OWN 0x6a69fbd8u
+/// OWN is the CRC-32 of the other names, which are not in an image: test_registers.c computes it. METHOD counts feed-forwards that give the
+/// same numbers another meaning.
+#define PARAMS_LAYOUT_METHOD 2u
+#define PARAMS_LAYOUT_OWN    0x6a69fbd8u
 #define PARAMS_LAYOUT_ROWS                                                                                             \
     (PARAMS_LOOP_COUNT + TRIBO_PARAMETER_COUNT(TRIBO_FEEDFORWARD_PARAMETERS) +                                         \
      TRIBO_PARAMETER_COUNT(TRIBO_SENSORLESS_PARAMETERS) + TRIBO_PARAMETER_COUNT(TRIBO_GUARD_PARAMETERS))
 #define PARAMS_LAYOUT_OF(feeds_forward)                                                                                \
-    (PARAMS_LAYOUT_OWN + 2u * (uint32_t)(PARAMS_LAYOUT_ROWS) - ((feeds_forward) ? 0u : 1u))
+    (PARAMS_LAYOUT_OWN + (PARAMS_LAYOUT_METHOD << 16) + 2u * (uint32_t)(PARAMS_LAYOUT_ROWS) -                          \
+     ((feeds_forward) ? 0u : 1u))
 #define PARAMS_LAYOUT PARAMS_LAYOUT_OF(DRIVE_FEEDFORWARD)
 
 #endif

@@ -549,6 +549,7 @@ static void look_for_client(registers_t *registers)
 bool registers_run(registers_t *registers)
 {
     registers->is_unlocked = unlocked_ticks(registers) > 0u && !is_started(registers);
+    drive_learn(&registers->drive);
     check_seal(registers);
     allow_saves(registers);
     const modbus_registers_t map = registers_map(registers);
@@ -573,20 +574,18 @@ static const trace_t *shown_trace(const registers_t *registers)
 
 #if DRIVE_FEEDFORWARD
 /// What a feed-forward has learned of breakaway at the last reference.
-static loop_learned_t learned(const registers_t *registers, uint32_t direction)
+static tribo_feedforward_learned_t learned(const registers_t *registers, uint32_t direction)
 {
     const drive_t *drive = &registers->drive;
-    return loop_learned(drive->setup->params,
-                        &registers->memory,
-                        direction,
-                        drive->r,
-                        config_of(registers)->full_scale_n);
+    return loop_learned(drive->setup->params, &registers->memory, direction, drive->r);
 }
 
 static word_t compensation_word(const registers_t *registers, uint32_t place)
 {
-    const bool           is_up = place < REGISTERS_COMPENSATION_learned_down;
-    const loop_learned_t shown = learned(registers, is_up ? TRIBO_BREAKAWAY_POSITIVE : TRIBO_BREAKAWAY_NEGATIVE);
+    const bool is_up = place < REGISTERS_COMPENSATION_learned_down;
+
+    const tribo_feedforward_learned_t shown =
+        learned(registers, is_up ? TRIBO_BREAKAWAY_POSITIVE : TRIBO_BREAKAWAY_NEGATIVE);
     switch (place)
     {
     case REGISTERS_COMPENSATION_warnings:
@@ -606,6 +605,8 @@ static word_t compensation_word(const registers_t *registers, uint32_t place)
         return shown.harms;
     case REGISTERS_COMPENSATION_forgotten:
         return shown.forgotten;
+    case REGISTERS_COMPENSATION_late:
+        return shown.late;
     default:
         return shown.at_bound;
     }

@@ -35,7 +35,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define REGISTERS_VERSION 9u ///< of the lists in this file
+#define REGISTERS_VERSION 10u ///< of the lists in this file
 
 #define REGISTERS_STATE_AT        0x0000u
 #define REGISTERS_SIGNALS_AT      0x0080u
@@ -117,7 +117,8 @@
     REGISTER(travel_down, "learned_negative_travel_N", float, "N", "of the negative direction") \
     REGISTER(bound_down, "learned_negative_at_bound", uint32_t, "", "of the negative direction") \
     REGISTER(harms, "friction_harms", uint32_t, "", "1: friction fed forward costs more effort than it saves; until command 11") \
-    REGISTER(forgotten, "learned_forgotten", uint32_t, "", "times that a corrupt memory was forgotten, since power-up or command 12")
+    REGISTER(forgotten, "learned_forgotten", uint32_t, "", "times that a corrupt memory was forgotten, since power-up or command 12") \
+    REGISTER(late, "learned_late", uint32_t, "", "samples that the background learned from too late, likewise: costs time to learn, nothing else")
 // clang-format on
 
 /// The signals, in the order of a sample's channels: SIGNAL(symbol, name, unit, member, text), `member` of registers_t.

@@ -32,21 +32,43 @@ static sim_learned_t learned_at_load(const sim_loop_t *loop, double load_n, doub
     return both;
 }
 
+/// The line through two breakaways, as a law can hold it: at 0 N at least a hundredth of the far one.
+static void line_through(double near_n, double near_L_n, double far_n, double far_L_n, double *offset_n, double *slope)
+{
+    const double least = 0.01 * far_L_n;
+    *slope             = fmax(0.0, (far_L_n - near_L_n) / (far_n - near_n));
+    *offset_n          = far_L_n - *slope * far_n;
+    if (*offset_n < least)
+    {
+        *offset_n = least;
+        *slope    = (far_L_n - least) / far_n;
+    }
+}
+
 void sim_loop_learned_breakaway(const sim_loop_t                *loop,
                                 const common_breakaway_config_t *prior,
                                 double                           low_n,
                                 double                           high_n,
                                 common_breakaway_config_t       *learned)
 {
-    const double        far_n = loop->functions->largest_n(loop);
-    const sim_learned_t at_0  = learned_at_load(loop, 0.0, low_n, high_n);
-    const sim_learned_t far   = learned_at_load(loop, far_n, low_n, high_n);
-    *learned                  = (common_breakaway_config_t){
-                         .offset_n          = at_0.breakaway_n[0],
-                         .slope             = fmax(0.0, (far.breakaway_n[0] - at_0.breakaway_n[0]) / far_n),
-                         .negative_offset_n = {true, at_0.breakaway_n[1]},
-                         .negative_slope    = {true, fmax(0.0, (far.breakaway_n[1] - at_0.breakaway_n[1]) / far_n)},
-                         .table_count       = prior->table_count};
+    // Where it was learned: far from there a learned load can make it less than nothing.
+    const bool   around_0 = low_n < 0.0 && high_n > 0.0;
+    const double ends[2]  = {fmin(fabs(low_n), fabs(high_n)), fmax(fabs(low_n), fabs(high_n))};
+    const double near_n   = around_0 || ends[1] < 1.1 * ends[0] ? 0.0 : ends[0];
+    const double far_n    = ends[1] > 0.0 ? ends[1] : loop->functions->largest_n(loop);
+
+    const sim_learned_t near = learned_at_load(loop, near_n, low_n, high_n);
+    const sim_learned_t far  = learned_at_load(loop, far_n, low_n, high_n);
+    *learned                 = (common_breakaway_config_t){.negative_offset_n = {.is_given = true},
+                                                           .negative_slope    = {.is_given = true},
+                                                           .table_count       = prior->table_count};
+    line_through(near_n, near.breakaway_n[0], far_n, far.breakaway_n[0], &learned->offset_n, &learned->slope);
+    line_through(near_n,
+                 near.breakaway_n[1],
+                 far_n,
+                 far.breakaway_n[1],
+                 &learned->negative_offset_n.value,
+                 &learned->negative_slope.value);
     for (unsigned i = 0; i < prior->table_count; i++)
     {
         const sim_learned_t there = learned_at_load(loop, prior->table[i].force_n, low_n, high_n);

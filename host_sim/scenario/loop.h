@@ -61,8 +61,7 @@ sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n);
 tribo_guard_cause_t sim_loop_guard_cause(const sim_loop_t *loop);
 const char         *sim_loop_guard_text(const sim_loop_t *loop);
 
-/// What was learned in the form of `prior`, a law or a table, with r from `low_n`, at most 0, to `high_n`, at least 0. A law is that
-/// of 0 N and of the largest credible force.
+/// What was learned in the form of `prior`, a law or a table, with r from `low_n` to `high_n`. A law is that of both ends.
 void sim_loop_learned_breakaway(const sim_loop_t                *loop,
                                 const common_breakaway_config_t *prior,
                                 double                           low_n,

@@ -52,20 +52,20 @@ static tribo_status_t init(sim_loop_t *loop, const common_loop_config_t *config)
 
 static sim_learned_t learned(const sim_loop_t *loop, double force_n)
 {
-    const TRIBO_PART(sim_loop, t) *in    = IN(loop);
-    const TRIBO(friction, params_t) *law = &in->params.compensator.friction;
-    const tribo_force_t force            = tribo_force_of_n(force_n, loop->full_scale_n);
-    sim_learned_t       seen             = {.breakaway_n = {0.0}};
+    const TRIBO_PART(sim_loop, t) *in = IN(loop);
+    const tribo_force_t force         = tribo_force_of_n(force_n, loop->full_scale_n);
+    sim_learned_t       seen          = {.breakaway_n = {0.0}};
     for (uint32_t d = 0; d < 2u; d++)
     {
-        const TRIBO(feedforward, learned_t) at = TRIBO(feedforward, learned)(law, &in->memory.state, d, force);
-        seen.breakaway_n[d]                    = TRIBO_LEARNED_N(double, at.TRIBO_N(L), loop->full_scale_n);
-        seen.relative_variance[d]              = TRIBO_LEARNED_RELATIVE_VARIANCE(double, at.relative_variance);
-        seen.travel_n[d]                       = TRIBO_LEARNED_N(double, at.TRIBO_N(travel), loop->full_scale_n);
-        seen.at_bound[d]                       = at.at_bound;
-        seen.stays_at_bound[d]                 = at.stays_at_bound;
-        seen.harms                             = at.harms;
-        seen.forgotten                         = at.forgotten;
+        const tribo_feedforward_learned_t at = TRIBO(feedforward, learned)(&in->params, &in->memory.state, d, force);
+
+        seen.breakaway_n[d]       = (double)at.L_n;
+        seen.relative_variance[d] = (double)at.relative_variance;
+        seen.travel_n[d]          = (double)at.travel_n;
+        seen.at_bound[d]          = at.at_bound;
+        seen.stays_at_bound[d]    = at.stays_at_bound;
+        seen.harms                = at.harms;
+        seen.forgotten            = at.forgotten;
     }
     return seen;
 }
@@ -89,6 +89,7 @@ static tribo_force_t step_forces(sim_loop_t *loop, tribo_force_t r, tribo_force_
 {
     TRIBO(force_loop, signals_t) signals;
     const tribo_force_t u = TRIBO(force_loop, step)(&IN(loop)->params, &IN(loop)->state, r, y, &signals);
+    (void)TRIBO(feedforward, learn)(&IN(loop)->params, &IN(loop)->memory);
     tribo_signal_words(&signals, words);
     return u;
 }

@@ -34,7 +34,7 @@ typedef struct
     sim_target_t        *target; ///< null: the loop runs here
     uint64_t             open_limited_ticks;
     sim_learned_t        learned;
-    double               low_n, high_n; ///< of r, and 0
+    double               low_n, high_n; ///< of r
     metrics_t            metrics;
     sim_activity_t       activity;
 
@@ -89,7 +89,9 @@ static bool set_up(run_t                   *run,
     *run                       = (run_t){.config  = config,
                                          .options = *options,
                                          .ticks   = (uint64_t)round(config->duration_s / config->loop.sample_time_s),
-                                         .steps   = sim_plant_steps(config)};
+                                         .steps   = sim_plant_steps(config),
+                                         .low_n   = (double)INFINITY,
+                                         .high_n  = -(double)INFINITY};
     run->activity              = (sim_activity_t){.move_n = SIM_ACTIVITY_MOVE * config->loop.limits.full_scale_n};
     common_loop_config_fill(&run->loop_config, &config->loop);
     // A target has a loop of its own; this one then only checks the config.

@@ -1,5 +1,7 @@
 #include "native.h"
 
+#include "loop/tuned.h"
+
 #include "error.h"
 #include "loop/loop_keys.h"
 #include "scope.h"
@@ -120,52 +122,42 @@ bool native_tune(const float rig[12], float tuned[10], native_error_t *error)
 {
     tribo_compensator_f32_config_t model = tribo_force_loop_f32_paper().compensator;
     tribo_compensator_f32_params_t made;
-    tribo_feedforward_f32_params_t params;
-    tribo_guard_f32_params_t       guard_params;
+    common_tuned_t                 known;
     model.friction.positive      = (tribo_breakaway_f32_t){.offset_n = rig[0], .slope = rig[1]};
     model.friction.negative      = (tribo_breakaway_f32_t){.offset_n = rig[2], .slope = rig[3]};
     model.arm                    = (tribo_arm_f32_config_t){.inertia = rig[4], .damping = rig[5], .stiffness = rig[6]};
     model.friction.pulse_width_s = 3.0f * rig[11]; // of no matter here
-    const tribo_feedforward_f32_rig_t known  = {.arm                     = &model.arm,
-                                                .friction                = &made.friction,
-                                                .actuator_pole_rad_per_s = rig[7],
-                                                .sensor_pole_rad_per_s   = rig[8],
-                                                .usual_force_n           = rig[9],
-                                                .noise_n                 = rig[10],
-                                                .sample_time_s           = rig[11]};
-    const native_scope_t              scope  = native_enter();
-    tribo_status_t                    status = tribo_compensator_f32_init(&made, &model, rig[11]);
-    tribo_feedforward_f32_config_t    fed    = {.trust = 0.0f};
-    tribo_guard_f32_config_t          guard  = {.turn_n = 0.0f};
+    const native_scope_t scope   = native_enter();
+    tribo_status_t       status  = tribo_compensator_f32_init(&made, &model, rig[11]);
     if (status == TRIBO_OK)
     {
-        fed    = tribo_feedforward_f32_tuned(&known);
-        guard  = tribo_guard_f32_tuned(&known);
-        status = tribo_feedforward_f32_init(&params,
-                                            &fed,
-                                            &model.arm,
-                                            &made.friction,
-                                            TRIBO_F32_FORCE_MAX_N,
-                                            rig[9],
-                                            rig[11]);
+        status = common_tune(&known,
+                             &(common_rig_t){.arm                     = model.arm,
+                                             .friction                = made.friction,
+                                             .actuator_pole_rad_per_s = rig[7],
+                                             .sensor_pole_rad_per_s   = rig[8],
+                                             .usual_force_n           = rig[9],
+                                             .noise_n                 = rig[10],
+                                             .sample_time_s           = rig[11]});
     }
-    status = status == TRIBO_OK ? tribo_guard_f32_init(&guard_params, &guard, rig[11]) : status;
     native_leave(&scope);
     if (status != TRIBO_OK)
     {
         native_error_status(error, status);
         return false;
     }
-    const float found[] = {fed.actuator_pole_rad_per_s,
-                           fed.sensor_pole_rad_per_s,
-                           fed.reversal_n,
-                           fed.presliding_n,
-                           fed.jump_time_s,
-                           fed.forgetting_per_n,
-                           guard.turn_n,
-                           guard.quick_time_s,
-                           guard.stray_n,
-                           guard.fade_time_s};
+    const tribo_feedforward_f32_config_t fed     = known.feedforward;
+    const tribo_guard_f32_config_t       guard   = known.guard;
+    const float                          found[] = {fed.actuator_pole_rad_per_s,
+                                                    fed.sensor_pole_rad_per_s,
+                                                    fed.reversal_n,
+                                                    fed.presliding_n,
+                                                    fed.jump_time_s,
+                                                    fed.forgetting_per_n,
+                                                    guard.turn_n,
+                                                    guard.quick_time_s,
+                                                    guard.stray_n,
+                                                    guard.fade_time_s};
     for (unsigned i = 0; i < sizeof found / sizeof found[0]; i++)
     {
         tuned[i] = found[i];

@@ -138,6 +138,7 @@ static void command(native_part_t *part, double v_n, double *out)
                .TRIBO_N(friction_term) = term,
                .controller             = {.TRIBO_N(v) = v, .TRIBO_N(u) = u, .limited = u != sum}};
     functions.after(params, &loop->memory, v, u, &signals);
+    (void)TRIBO(feedforward, learn)(params, &loop->memory);
     out[0] = n_of(part, u);
     out[1] = part->e_n;
     out[2] = n_of(part, term);

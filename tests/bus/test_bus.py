@@ -26,7 +26,7 @@ def test_version(drive):
 
 
 def test_mbpoll_reads_and_writes(drive):
-    assert re.search(r"\[0\]: *\t*9\b", drive.poll("-t", "4:int", "-B", "-r", 0, "-c", 1))  # the lists' version
+    assert re.search(r"\[0\]: *\t*10\b", drive.poll("-t", "4:int", "-B", "-r", 0, "-c", 1))  # the lists' version
     assert "0.85" in drive.poll("-t", "4:float", "-B", "-r", GAIN, "-c", 1)
     drive.poll("-t", "4:float", "-B", "-r", GAIN, "--", 0.5)  # function 16, into the staged set
     assert "0.85" in drive.poll("-t", "4:float", "-B", "-r", GAIN + ACTIVE, "-c", 1)

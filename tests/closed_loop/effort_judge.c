@@ -257,7 +257,7 @@ static double loop_step(loop_t *x, double effort, double intended, double measur
 
 static double loop_weight(const loop_t *x)
 {
-    return (double)x->memory.state.learned.weight[0] / TRIBO_EITHER(1.0, 536870912.0);
+    return (double)x->memory.state.weights.sliding / TRIBO_EITHER(1.0, 536870912.0);
 }
 
 typedef struct

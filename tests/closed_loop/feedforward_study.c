@@ -32,6 +32,7 @@ typedef struct
     double sliding;       // level of sliding over breakaway, for truths that have one
     double actuator_gain; // of the truth
     double noise_n;       // standard deviation
+    double bad;           // share of readings that are none
     int    seed;          // of the noise
     double (*reference)(const double of[3], double t);
     double of[3]; // low, high, and a slope in N/s or a time in s
@@ -56,6 +57,10 @@ typedef struct
     double                         gain;   // times the paper's controller
     rival_law_t                    rival;
 } options_t;
+
+#define OF_INSIDE(x) TRIBO_EITHER(x, (x) * FULL_SCALE_N / 536870912.0) // a force of the state
+
+static double drift_minutes = 10.0;
 
 static const options_t off   = {.method = OFF, .gain = 1.0};
 static const options_t paper = {.method = PAPER, .gain = 1.0};
@@ -163,8 +168,8 @@ static void open_loop(rig_t *rig, const options_t *options)
 #if TRIBO_IS_Q31
         fail("factor: in float32 alone");
 #else
-        rig->loop.feedforward.distrust    = (float)(1.0 - options->factor); // with doubt that stays at 1
-        rig->loop.feedforward.doubt_per_n = 0.0f;
+        rig->loop.feedforward.trust          = (float)options->factor;
+        rig->loop.feedforward.learning.trust = (float)options->factor;
 #endif
     }
 }
@@ -237,13 +242,19 @@ static double force(const rig_t *rig)
     return sim_plant_force(rig->plant) - rig->environment_n * sin(rig->environment_rad_per_s * rig->t);
 }
 
+static double uniform(sim_random_t *random, double low, double high)
+{
+    return low + (high - low) * (double)(sim_random_bits(random) >> 11) / 9007199254740992.0;
+}
+
 /// The reading, with the environment's movement through the sensor's pole.
 static double reading(rig_t *rig, const case_t *x)
 {
     const double phase = rig->environment_rad_per_s * rig->t;
     const double lag   = rig->environment_rad_per_s / rig->config.sensor_pole_rad_per_s;
     const double swing = rig->environment_n * (sin(phase) - lag * cos(phase)) / (1.0 + lag * lag);
-    return sim_plant_filtered_force(rig->plant) - swing + x->noise_n * sim_random_normal(&rig->random);
+    const double y     = sim_plant_filtered_force(rig->plant) - swing + x->noise_n * sim_random_normal(&rig->random);
+    return x->bad > 0.0 && uniform(&rig->random, 0.0, 1.0) < x->bad ? 1e9 : y;
 }
 
 /// One tick to reference `r`.
@@ -455,11 +466,6 @@ static void study_waves(const options_t *options)
         }
         print(wave[i].name, ratios, SIM_TRUTH_COUNT);
     }
-}
-
-static double uniform(sim_random_t *random, double low, double high)
-{
-    return low + (high - low) * (double)(sim_random_bits(random) >> 11) / 9007199254740992.0;
 }
 
 /// Triangles across 0 with a wrong scale of u.
@@ -769,6 +775,82 @@ static void study_long(const options_t *options)
     }
 }
 
+/// Triangles of every rate, on truths and off breakaways, against without and the paper's method.
+static void study_rates(const options_t *options)
+{
+    static const double rates[]     = {0.02, 0.2, 0.4, 0.8, 1.2, 2.0};
+    static const int    truths[]    = {SIM_TRUTH_paper,
+                                       SIM_TRUTH_coulomb,
+                                       SIM_TRUTH_lugre,
+                                       SIM_TRUTH_maxwell_slip,
+                                       SIM_TRUTH_dahl,
+                                       SIM_TRUTH_paper,
+                                       SIM_TRUTH_paper};
+    static const double breakaway[] = {1.0, 1.0, 1.0, 1.0, 1.0, 0.6, 1.5};
+    for (size_t j = 0; j < sizeof truths / sizeof truths[0]; j++)
+    {
+        printf("  %-14s L x%.1f:", sim_truth_models[truths[j]]->name, breakaway[j]);
+        for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++)
+        {
+            case_t x          = benchmark(truths[j]);
+            x.breakaway       = breakaway[j];
+            x.of[2]           = rates[i];
+            const double with = run(&x, options);
+            printf("  %.2f N/s %.2f (%.2f)", rates[i], run(&x, &off) / with, run(&x, &paper) / with);
+        }
+        printf("\n");
+        (void)fflush(stdout);
+    }
+}
+
+/// Ten minutes, or minutes=N: the largest |b| in the first minute and in the rest, at rates, breakaways and with 2 % bad readings.
+static void study_drift(const options_t *options)
+{
+    static const double rates[]     = {0.02, 0.2, 0.4, 0.8, 1.2};
+    static const double breakaway[] = {0.6, 1.0, 1.5};
+    const long          minutes     = lround(drift_minutes);
+    for (int bad = 0; bad < 2; bad++)
+    {
+        for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++)
+        {
+            for (size_t j = 0; j < 3u; j++)
+            {
+                case_t x    = benchmark(SIM_TRUTH_paper);
+                x.breakaway = breakaway[j];
+                x.of[2]     = rates[i];
+                x.bad       = bad == 1 ? 0.02 : 0.0;
+                rig_t rig;
+                open_rig(&rig, &x, options);
+                double first = 0.0;
+                double rest  = 0.0;
+                double rms   = 0.0;
+                double last  = 0.0;
+                for (long k = 0; k < minutes * 60000; k++)
+                {
+                    const double r     = triangle(x.of, (double)k * H);
+                    const double error = r - force(&rig);
+                    tick_rig(&rig, &x, r);
+                    const double b = fabs(OF_INSIDE((double)rig.loop.memory.state.b));
+                    first          = k < 60000 ? fmax(first, b) : first;
+                    rest           = fmax(rest, b);
+                    rms += k < 60000 && k >= 20000 ? error * error / 40000.0 : 0.0;
+                    last += k >= (minutes - 1) * 60000 ? error * error / 60000.0 : 0.0;
+                }
+                close_rig(&rig);
+                printf("  %-4s %.2f N/s, L x%.1f: |b| up to %.4f in a minute, %.4f in all; %.3f and %.3f mN\n",
+                       bad == 1 ? "bad" : "",
+                       rates[i],
+                       breakaway[j],
+                       first,
+                       rest,
+                       1e3 * sqrt(rms),
+                       1e3 * sqrt(last));
+                (void)fflush(stdout);
+            }
+        }
+    }
+}
+
 /// The rival for periodic references: learns an addition to r, tick by tick, from the error of the last period.
 static void study_iterative(const options_t *unused)
 {
@@ -934,6 +1016,11 @@ static bool take(options_t *options, const char *argument)
         options->factor = value;
         return all;
     }
+    if (length == strlen("minutes") && strncmp(argument, "minutes", length) == 0)
+    {
+        drift_minutes = value;
+        return all;
+    }
     for (size_t i = 0; i < sizeof key / sizeof key[0]; i++)
     {
         if (strncmp(argument, key[i].name, length) == 0 && key[i].name[length] == '\0')
@@ -964,6 +1051,8 @@ int main(int argc, char **argv)
                          {"hold", study_hold},
                          {"steps", study_steps},
                          {"long", study_long},
+                         {"drift", study_drift},
+                         {"rates", study_rates},
                          {"harm", study_harm},
                          {"iterative", study_iterative},
                          {"rivals", study_rivals}};

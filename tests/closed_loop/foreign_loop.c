@@ -1,5 +1,7 @@
 #include "foreign_loop.h"
 
+#include "loop/tuned.h"
+
 #include "tribo/paper_controller.h"
 
 #include <math.h>
@@ -83,24 +85,25 @@ tribo_status_t foreign_loop_open(foreign_loop_t *loop, const foreign_rig_t *rig,
         TRIBO(force_loop, reset)(&loop->state.state);
         return status;
     }
-    tribo_friction_f32_params_t friction;
-    status = tribo_friction_f32_init(&friction, &config.compensator.friction, config.sample_time_s);
-    const tribo_feedforward_f32_rig_t    believed    = {.actuator_pole_rad_per_s = (float)rig->actuator_pole,
-                                                        .sensor_pole_rad_per_s   = (float)rig->sensor_pole,
-                                                        .arm                     = &config.compensator.arm,
-                                                        .friction                = &friction,
-                                                        .usual_force_n = tribo_force_loop_f32_usual_force_n(&config),
-                                                        .noise_n       = (float)noise,
-                                                        .sample_time_s = config.sample_time_s};
-    const tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_tuned(&believed);
-    const tribo_guard_f32_config_t       guard       = tribo_guard_f32_tuned(&believed);
+    common_rig_t   believed = {.actuator_pole_rad_per_s = (float)rig->actuator_pole,
+                               .sensor_pole_rad_per_s   = (float)rig->sensor_pole,
+                               .arm                     = config.compensator.arm,
+                               .usual_force_n           = tribo_force_loop_f32_usual_force_n(&config),
+                               .noise_n                 = (float)noise,
+                               .sample_time_s           = config.sample_time_s};
+    common_tuned_t tuned;
+    status = tribo_friction_f32_init(&believed.friction, &config.compensator.friction, config.sample_time_s);
     if (status == TRIBO_OK)
     {
-        status = tribo_init_feedforward(&loop->params, NULL, &loop->feedforward, &config, &feedforward, scale);
+        status = common_tune(&tuned, &believed);
     }
     if (status == TRIBO_OK)
     {
-        status = tribo_init_guard(&loop->guard, &guard, config.sample_time_s, scale);
+        status = tribo_init_feedforward(&loop->params, NULL, &loop->feedforward, &config, &tuned.feedforward, scale);
+    }
+    if (status == TRIBO_OK)
+    {
+        status = tribo_init_guard(&loop->guard, &tuned.guard, config.sample_time_s, scale);
     }
     TRIBO(feedforward, reset)(&loop->state.memory.state);
     TRIBO(force_loop, reset)(&loop->state.state);
@@ -115,24 +118,23 @@ double foreign_loop_step(foreign_loop_t *loop, double r, double y)
 {
     const tribo_force_t reference = tribo_force_of_n(r, loop->full_scale_n);
     const tribo_force_t reading   = tribo_force_of_n(y, loop->full_scale_n);
-    return tribo_force_n(TRIBO(force_loop, step)(&loop->params, &loop->state.state, reference, reading, NULL),
-                         loop->full_scale_n);
+    const tribo_force_t u = TRIBO(force_loop, step)(&loop->params, &loop->state.state, reference, reading, NULL);
+    (void)TRIBO(feedforward, learn)(&loop->params, &loop->state.memory);
+    return tribo_force_n(u, loop->full_scale_n);
 }
 
 bool foreign_loop_says(const foreign_loop_t *loop, const foreign_state_t *before)
 {
-    const foreign_state_t *now = &loop->state;
-    return now->guard.cause != TRIBO_GUARD_NONE || tribo_feedforward_stays_at_bound(now->memory.state.at_bound) ||
-           now->memory.state.monitor.feedback.harms || now->state.bad_inputs != before->state.bad_inputs ||
-           now->memory.state.forgotten != before->memory.state.forgotten;
+    const foreign_state_t             *now     = &loop->state;
+    const tribo_feedforward_learner_t *learner = &now->memory.state.learner;
+    return now->guard.cause != TRIBO_GUARD_NONE || learner->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS ||
+           learner->harms != 0u || now->state.bad_inputs != before->state.bad_inputs ||
+           now->memory.state.forgotten != before->memory.state.forgotten ||
+           learner->forgotten != before->memory.state.learner.forgotten;
 }
 
 double foreign_loop_learned(const foreign_loop_t *loop, uint32_t direction, double force)
 {
-    const TRIBO(feedforward, learned_t) learned =
-        TRIBO(feedforward, learned)(&loop->params.compensator.friction,
-                                    &loop->state.memory.state,
-                                    direction,
-                                    tribo_force_of_n(force, loop->full_scale_n));
-    return TRIBO_LEARNED_N(double, learned.TRIBO_N(L), loop->full_scale_n);
+    const tribo_force_t at = tribo_force_of_n(force, loop->full_scale_n);
+    return (double)TRIBO(feedforward, learned)(&loop->params, &loop->state.memory.state, direction, at).L_n;
 }

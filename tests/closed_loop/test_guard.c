@@ -1,5 +1,6 @@
 // The guard with both methods on the paper's plant: it stops hunting and leaves other loops alone.
 
+#include "feedforward/learner.h"
 #include "plant/truth.h"
 #include "rig.h"
 #include "unity.h"
@@ -103,10 +104,17 @@ static void believe(double scale)
     open_guarded(scale, &method);
 }
 
+/// The learner is certain of the prior, but for what chatter of a feedback tells it while that lasts.
 static void tick_without_learning(double r)
 {
-    rig.loop.memory.state.learning.TRIBO_N(sample) = 0;
+    const tribo_feedforward_learning_t *const learning = &rig.loop.feedforward.learning;
+    tribo_feedforward_learner_t *const        learner  = &rig.loop.memory.state.learner;
     (void)tick(r, rig_sensor(&rig));
+    const float V_0 = learner->left > 0u ? tribo_learner_sliding(learning, learner) : 1.0f;
+    for (int i = 0; i < 4; i++) // a quarter in a step
+    {
+        tribo_learner_take(learning, learner, V_0, 0.0f, 1.0f, 0.0f, 0.0f);
+    }
 }
 
 static void test_a_feed_forward_that_does_not_learn_and_believes_too_much_overshoots(void)
@@ -128,8 +136,8 @@ static void test_a_feed_forward_that_does_harm_notices_it_and_feeds_back(void)
     {
         tick_without_learning(rig_triangle(5 * k));
     }
-    TEST_ASSERT_TRUE(rig.loop.memory.state.monitor.feedback.harms);
-    TEST_ASSERT_TRUE(rig.loop.memory.state.monitor.feedback.length > 4);
+    TEST_ASSERT_TRUE(rig.loop.memory.state.learner.harms);
+    TEST_ASSERT_TRUE(rig.loop.memory.state.learner.length > 4);
     rig_close(&rig);
 }
 

@@ -93,11 +93,11 @@ static result_t run(const char *truth, double scale, double belief, double low, 
         TRIBO(force_estimate, step)(&params, &own, &estimate, TRIBO_EITHER(0.1f, 429496730u), u);
         if (k >= period)
         {
-            const double below   = (double)estimate.TRIBO_N(low) * unit - F;
-            const double above   = F - (double)estimate.TRIBO_N(high) * unit;
+            const double below   = (double)estimate.low * unit - F;
+            const double above   = F - (double)estimate.high * unit;
             const double outside = fmax(fmax(below, above), 0.0);
             result.rms += (r - F) * (r - F);
-            result.width += (double)(estimate.TRIBO_N(high) - estimate.TRIBO_N(low)) * unit;
+            result.width += (double)(estimate.high - estimate.low) * unit;
             result.outside = fmax(result.outside, outside);
             result.part_outside += outside > 2e-3 ? 1.0 : 0.0;
         }

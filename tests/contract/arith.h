@@ -260,6 +260,7 @@ static inline loop_seen_t loop_step_by(loop_t *x, const loop_t *by, double r, do
 {
     TRIBO(force_loop, signals_t) signals;
     const tribo_force_t u = TRIBO(force_loop, step)(&by->params, &x->state, to_force(r), to_force(y), &signals);
+    (void)TRIBO(feedforward, learn)(&by->params, &x->memory);
     return (loop_seen_t){.e           = from_force(signals.TRIBO_N(e)),
                          .feedforward = from_force(signals.TRIBO_N(friction_term)),
                          .v           = from_force(signals.controller.TRIBO_N(v)),
@@ -271,7 +272,9 @@ static inline loop_seen_t loop_step_by(loop_t *x, const loop_t *by, double r, do
 /// Likewise without signals: u alone.
 static inline double loop_step_unseen_by(loop_t *x, const loop_t *by, double r, double y)
 {
-    return from_force(TRIBO(force_loop, step)(&by->params, &x->state, to_force(r), to_force(y), NULL));
+    const tribo_force_t u = TRIBO(force_loop, step)(&by->params, &x->state, to_force(r), to_force(y), NULL);
+    (void)TRIBO(feedforward, learn)(&by->params, &x->memory);
+    return from_force(u);
 }
 
 static inline loop_seen_t loop_step(loop_t *x, double r, double y)
@@ -314,13 +317,13 @@ static inline void loop_guard(loop_t *x, guard_t *guard)
 static inline double loop_step_guarded(loop_t *x, guard_t *guard, double r, double y)
 {
     loop_guard(x, guard);
-    return from_force(TRIBO(force_loop, step)(&x->params, &x->state, to_force(r), to_force(y), NULL));
+    return loop_step_unseen_by(x, x, r, y);
 }
 
 /// Friction that was fed forward in the last tick, in N.
 static inline double loop_fed_friction(const loop_t *x)
 {
-    return TRIBO_LEARNED_N(double, x->memory.signals.TRIBO_N(f), FULL_SCALE_N);
+    return TRIBO_LEARNED_N(double, x->memory.state.f, FULL_SCALE_N);
 }
 
 /// Nothing learned, and nothing remembered of the last tick.
@@ -353,15 +356,13 @@ static inline void loop_detach_memory(loop_t *x)
 /// In N.
 static inline double loop_learned_travel(const loop_t *x)
 {
-    return TRIBO_LEARNED_N(double, x->memory.state.learned.TRIBO_N(travel), FULL_SCALE_N);
+    return (double)x->memory.state.learner.travel_n;
 }
 
 /// Breakaway in a direction at a force, in N.
 static inline double loop_learned_L(const loop_t *x, uint32_t direction, double force_n)
 {
-    const TRIBO(feedforward, learned_t) at =
-        TRIBO(feedforward, learned)(&x->params.compensator.friction, &x->memory.state, direction, to_force(force_n));
-    return TRIBO_LEARNED_N(double, at.TRIBO_N(L), FULL_SCALE_N);
+    return (double)TRIBO(feedforward, learned)(&x->params, &x->memory.state, direction, to_force(force_n)).L_n;
 }
 
 static inline uint32_t loop_bad_inputs(const loop_t *x)

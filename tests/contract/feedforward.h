@@ -14,12 +14,10 @@
 #if TRIBO_IS_Q31
 #define FEEDFORWARD_ONE 536870912.0  // of numbers without unit
 #define FEEDFORWARD_ALL 4294967296.0 // of fractions
-typedef int32_t  feedforward_number_t;
 typedef uint32_t feedforward_fraction_t;
 #else
 #define FEEDFORWARD_ONE 1.0
 #define FEEDFORWARD_ALL 1.0
-typedef float feedforward_number_t;
 typedef float feedforward_fraction_t;
 #endif
 
@@ -35,10 +33,11 @@ typedef struct
 /// Signals and state of a tick, in N.
 typedef struct
 {
-    double   e, lin, f, lead, b, term, sigma, z, travel, reached;
-    double   weight[1u + TRIBO_FEEDFORWARD_STOPS], constant, slope, doubt, margin;
-    unsigned mode, stage;
-    uint32_t forgotten;
+    double   e, lin, f, lead, b, term, sigma, z, reached;
+    double   weight[TRIBO_FEEDFORWARD_WEIGHTS], constant, scale, doubt, travel; // learned
+    double   sliding, use[TRIBO_FEEDFORWARD_WEIGHTS], trust;                    // used
+    unsigned mode, phase;
+    uint32_t late, forgotten;
 } feedforward_seen_t;
 
 static inline double feedforward_force(const feedforward_t *x, tribo_force_t force) // of its inside
@@ -61,25 +60,8 @@ static inline void feedforward_restart(feedforward_t *x)
     x->memory.state.mode = TRIBO_FEEDFORWARD_RESTART;
 }
 
-// Numbers of lib, which in fixed point have a format of `q` bits behind the point.
-
-static inline feedforward_number_t to(double value, int q)
-{
-    (void)q;
-    return TRIBO_EITHER((float)value, (int32_t)fmin(2147483647.0, round(ldexp(value, q))));
-}
-
-static inline double from(double number, int q)
-{
-    (void)q;
-    return TRIBO_EITHER(number, ldexp(number, -q));
-}
-
-#define FORCE(value)    to((value) / TRIBO_EITHER(1.0, FULL_SCALE_N), 29)
-#define OF_FORCE(value) (from((double)(value), 29) * TRIBO_EITHER(1.0, FULL_SCALE_N))
-#define PART(value, q)  TRIBO_EITHER((float)(value), (uint32_t)fmin(4294967295.0, round(ldexp(value, q))))
-#define NOISE(value)    TRIBO_EITHER((float)(value), (uint32_t)round(ldexp((value) / FULL_SCALE_N, 37)))
-#define OF_NOISE(value) (from((double)(value), 37) * TRIBO_EITHER(1.0, FULL_SCALE_N))
+#define FORCE(value)    TRIBO_EITHER((float)(value), (int32_t)round(ldexp((value) / FULL_SCALE_N, 29)))
+#define OF_FORCE(value) TRIBO_LEARNED_N(double, value, FULL_SCALE_N)
 
 /// A controller that none of these tests runs, for any sample time: the paper's is refused at another than its own.
 static const tribo_biquad_f32_section_t feedforward_beside[] = {TRIBO_BIQUAD_F32(1.0, -0.9, 0.0, -0.95, 0.0)};
@@ -138,10 +120,22 @@ static inline double feedforward_added(feedforward_t *x, double v)
     return tribo_force_n(feedforward_functions().term(&x->loop, &x->memory, feedforward_of(x, v)), x->full_scale_n);
 }
 
-static inline void feedforward_after(feedforward_t *x, double v, double u, bool limited)
+/// The end of a tick whose sample nobody has learned from yet.
+static inline void feedforward_after_alone(feedforward_t *x, double v, double u, bool limited)
 {
     TRIBO(force_loop, signals_t) signals = {.controller = {.limited = limited}};
     feedforward_functions().after(&x->loop, &x->memory, feedforward_of(x, v), feedforward_of(x, u), &signals);
+}
+
+static inline bool feedforward_learn(feedforward_t *x)
+{
+    return TRIBO(feedforward, learn)(&x->loop, &x->memory);
+}
+
+static inline void feedforward_after(feedforward_t *x, double v, double u, bool limited)
+{
+    feedforward_after_alone(x, v, u, limited);
+    (void)feedforward_learn(x);
 }
 
 /// The next tick, of a controller that runs already, adds `term`.
@@ -150,122 +144,91 @@ static inline void feedforward_enter(feedforward_t *x, double term, bool anew)
     feedforward_functions().enter(&x->memory, feedforward_of(x, term), anew);
 }
 
-/// Keeps this tick from being learned from.
-static inline void feedforward_do_not_learn(feedforward_t *x)
-{
-    x->memory.signals.y_good                 = false;
-    x->memory.state.learning.TRIBO_N(sample) = 0;
-}
-
 static inline bool feedforward_holds(const feedforward_t *x)
 {
     return x->memory.state.mode == TRIBO_FEEDFORWARD_HOLD;
 }
 
-/// Also where one is 0 and the other -0.
-static inline bool same_numbers(const feedforward_number_t *a, const feedforward_number_t *b, int count)
+/// Bit by bit, also of floats.
+static inline bool feedforward_is_same(const void *a, const void *b, size_t size)
 {
-    bool same = true;
-    for (int i = 0; i < count; i++)
-    {
-        same = same && a[i] == b[i];
-    }
-    return same;
+    return memcmp(a, b, size) == 0;
 }
 
-/// What was learned is the same; of mirrored forces where `mirrored`.
-static inline bool feedforward_knows_the_same(const feedforward_t *a, const feedforward_t *b, bool mirrored)
+/// What was learned is the same.
+static inline bool feedforward_knows_the_same(const feedforward_t *a, const feedforward_t *b)
 {
-    const TRIBO(feedforward, state_t) *p = &a->memory.state;
-    TRIBO(feedforward, state_t) q        = b->memory.state;
-    if (mirrored)
-    {
-        q.learned.TRIBO_N(constant) = -q.learned.TRIBO_N(constant);
-        q.learned.slope             = -q.learned.slope;
-        static const int odd[]      = {1, 2, 6, 8};
-        for (int i = 0; i < 4; i++)
-        {
-            q.learned.covariance[odd[i]] = -q.learned.covariance[odd[i]];
-        }
-    }
-    return same_numbers(p->learned.weight, q.learned.weight, 1 + TRIBO_FEEDFORWARD_STOPS) &&
-           p->learned.TRIBO_N(constant) == q.learned.TRIBO_N(constant) && p->learned.slope == q.learned.slope &&
-           p->learned.scale == q.learned.scale && same_numbers(p->learned.covariance, q.learned.covariance, 10) &&
-           same_numbers(p->learned.variance, q.learned.variance, TRIBO_FEEDFORWARD_STOPS) &&
-           same_numbers(p->learned.use, q.learned.use, 1 + TRIBO_FEEDFORWARD_STOPS) &&
-           p->learned.doubt == q.learned.doubt && p->learned.TRIBO_N(travel) == q.learned.TRIBO_N(travel);
+    const tribo_feedforward_learner_t *p = &a->memory.state.learner;
+    const tribo_feedforward_learner_t *q = &b->memory.state.learner;
+    return feedforward_is_same(p->a, q->a, sizeof p->a) && feedforward_is_same(p->P, q->P, sizeof p->P) &&
+           p->seal == q->seal;
 }
 
 static inline feedforward_seen_t feedforward_seen(const feedforward_t *x)
 {
-    const TRIBO(feedforward, signals_t) *s     = &x->memory.signals;
-    const TRIBO(feedforward, state_t) *state   = &x->memory.state;
-    const TRIBO(feedforward_weights, t) *known = &state->learned;
-    feedforward_seen_t seen = {.e         = TRIBO_EITHER((double)s->TRIBO_N(e), feedforward_force(x, s->TRIBO_N(e))),
-                               .lin       = feedforward_force(x, s->TRIBO_N(lin)),
-                               .f         = feedforward_force(x, s->TRIBO_N(f)),
-                               .lead      = feedforward_force(x, s->TRIBO_N(lead)),
-                               .b         = feedforward_force(x, state->TRIBO_N(offset)),
-                               .term      = tribo_force_n(s->TRIBO_N(term), x->full_scale_n),
+    const TRIBO(feedforward, state_t) *state     = &x->memory.state;
+    const tribo_feedforward_learner_t  *learner  = &state->learner;
+    const tribo_feedforward_learning_t *learning = &x->params.learning;
+
+    feedforward_seen_t seen = {.e         = feedforward_force(x, state->e),
+                               .lin       = feedforward_force(x, state->lin),
+                               .f         = feedforward_force(x, state->f),
+                               .lead      = feedforward_force(x, state->lead),
+                               .b         = feedforward_force(x, state->b),
+                               .term      = tribo_force_n(state->tick.TRIBO_N(term), x->full_scale_n),
                                .sigma     = (double)state->sigma / FEEDFORWARD_ONE,
-                               .z         = feedforward_force(x, s->TRIBO_N(friction)),
-                               .travel    = TRIBO_LEARNED_N(double, s->TRIBO_N(travel), x->full_scale_n),
-                               .reached   = feedforward_force(x, s->TRIBO_N(reached)),
-                               .constant  = feedforward_force(x, known->TRIBO_N(constant)),
-                               .slope     = (double)known->slope / FEEDFORWARD_ONE,
-                               .doubt     = (double)known->doubt / TRIBO_EITHER(1.0, 4294967295.0),
-                               .margin    = (double)state->hold.extra_margin / FEEDFORWARD_ALL,
+                               .z         = feedforward_force(x, state->friction),
+                               .reached   = feedforward_force(x, state->reached),
+                               .constant  = (double)(learning->deviation[3] * learner->a[3]),
+                               .scale     = (double)(learning->deviation[4] * learner->a[4]),
+                               .doubt     = (double)learner->doubt,
+                               .travel    = (double)learner->travel_n,
+                               .sliding   = (double)state->weights.sliding / FEEDFORWARD_ONE,
+                               .trust     = (double)state->weights.trust / FEEDFORWARD_ALL,
                                .mode      = state->mode,
-                               .stage     = state->learning.stage,
-                               .forgotten = state->forgotten};
-    for (uint32_t j = 0; j <= TRIBO_FEEDFORWARD_STOPS; j++)
+                               .phase     = state->phase,
+                               .late      = state->late,
+                               .forgotten = state->forgotten + learner->forgotten};
+    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_WEIGHTS; j++)
     {
-        seen.weight[j] = (double)known->weight[j] / FEEDFORWARD_ONE;
+        seen.weight[j] = (j == 0u ? 1.0 : 0.0) + (double)(learning->deviation[j] * learner->a[j]);
+        seen.use[j]    = (double)state->weights.use[j] / FEEDFORWARD_ONE;
     }
     return seen;
 }
 
-/// What was learned of one direction.
-typedef struct
+/// What learning may not move: the sum, before b has faded.
+static inline double feedforward_sum(const feedforward_t *x)
 {
-    double L, relative_variance, travel;
-    bool   at_bound, stays_at_bound, harms;
-
-    uint32_t forgotten;
-} feedforward_learned_t;
-
-static inline feedforward_learned_t feedforward_learned(const feedforward_t *x, uint32_t direction, double force)
-{
-    const TRIBO(feedforward, learned_t) at =
-        TRIBO(feedforward,
-              learned)(&x->loop.compensator.friction, &x->memory.state, direction, feedforward_of(x, force));
-    return (feedforward_learned_t){.L                 = TRIBO_LEARNED_N(double, at.TRIBO_N(L), x->full_scale_n),
-                                   .relative_variance = TRIBO_LEARNED_RELATIVE_VARIANCE(double, at.relative_variance),
-                                   .travel            = TRIBO_LEARNED_N(double, at.TRIBO_N(travel), x->full_scale_n),
-                                   .at_bound          = at.at_bound,
-                                   .stays_at_bound    = at.stays_at_bound,
-                                   .harms             = at.harms,
-                                   .forgotten         = at.forgotten};
+    const TRIBO(feedforward, state_t) *state = &x->memory.state;
+    const double leak                        = (double)x->params.leak_part / FEEDFORWARD_ALL;
+    return feedforward_force(x, state->f) + feedforward_force(x, state->own_load) -
+           feedforward_force(x, state->b) / (1.0 - leak);
 }
 
-/// As if the weight of stop `j` had been learned.
-static inline void feedforward_set_weight(feedforward_t *x, uint32_t j, double weight)
+static inline tribo_feedforward_learned_t feedforward_learned(const feedforward_t *x, uint32_t direction, double force)
 {
-    TRIBO(feedforward_weights, t) *const learned = &x->memory.state.learned;
+    return TRIBO(feedforward, learned)(&x->loop, &x->memory.state, direction, feedforward_of(x, force));
+}
+
+/// As if V_0 had been learned.
+static inline void feedforward_set_sliding(feedforward_t *x, double V)
+{
+    tribo_feedforward_learner_t *const learner = &x->memory.state.learner;
 
     uint32_t before;
     uint32_t after;
-    memcpy(&before, &learned->weight[j], sizeof before);
-    learned->weight[j] = (feedforward_number_t)(weight * FEEDFORWARD_ONE);
-    memcpy(&after, &learned->weight[j], sizeof after);
-    learned->seal ^= before ^ after;
+    memcpy(&before, learner->a, sizeof before);
+    learner->a[0] = (float)(V - 1.0) / x->params.learning.deviation[0];
+    memcpy(&after, learner->a, sizeof after);
+    learner->seal ^= before ^ after;
 }
 
-/// As if a bit of its memory had flipped.
-static inline void feedforward_break_weight(feedforward_t *x, uint32_t j)
+static inline void feedforward_set_offset(feedforward_t *x, double b)
 {
-    feedforward_set_weight(x, j, 0.5);
-    x->memory.state.learned.seal ^= 1u;
+    x->memory.state.b = FORCE(b);
+    memcpy(&x->memory.state.offset_seal, &x->memory.state.b, sizeof x->memory.state.offset_seal);
+    x->memory.state.offset_seal = ~x->memory.state.offset_seal;
 }
 
 static inline void feedforward_flip_bit(void *number, unsigned bit)
@@ -274,34 +237,6 @@ static inline void feedforward_flip_bit(void *number, unsigned bit)
     memcpy(&bits, number, sizeof bits);
     bits ^= 1u << bit;
     memcpy(number, &bits, sizeof bits);
-}
-
-static inline void feedforward_flip(void *number)
-{
-    feedforward_flip_bit(number, 20);
-}
-
-static inline void feedforward_break_offset(feedforward_t *x)
-{
-    feedforward_flip(&x->memory.state.TRIBO_N(offset));
-}
-
-#define FEEDFORWARD_SCRATCH 12u ///< numbers of a sample that are sealed
-
-/// As if this bit of a sample's number had flipped. Returns the stage from which on the number is sealed.
-static inline unsigned feedforward_break_sample(feedforward_t *x, uint32_t number, unsigned bit)
-{
-    TRIBO(feedforward_learning, state_t) *const s = &x->memory.state.learning;
-
-    static const unsigned from[4] = {1, 2, 2, 4};
-    void *const           one[4]  = {&s->TRIBO_N(sample), &s->error, &s->TRIBO_N(weighing), &s->gain};
-    feedforward_flip_bit(number < 4u ? one[number] : &s->gained[number - 4u], bit);
-    return number < 4u ? from[number] : TRIBO_EITHER(3u, number < 8u ? 3u : 4u);
-}
-
-static inline void feedforward_set_margin(feedforward_t *x, double extra_margin)
-{
-    x->memory.state.hold.extra_margin = (feedforward_fraction_t)(extra_margin * FEEDFORWARD_ALL);
 }
 
 #endif

@@ -60,6 +60,16 @@ typedef struct
     double actuator, force, reading;
 } plant_t;
 
+/// As the background would.
+static void learn(axis_t *x)
+{
+#if TRIBO_IS_Q31
+    (void)tribo_axis_q31_learn(x);
+#else
+    (void)x; // has learned in its tick
+#endif
+}
+
 /// A pole at 200 rad/s, an arm with a lag of 7.5 ms between its breakaways, a sensor with a pole at 55 rad/s.
 static void plant_step(plant_t *x, double u)
 {
@@ -86,8 +96,9 @@ static double run(axis_t *x, plant_t *plant, long from, long to, double *jump)
     {
         const double r = triangle(tick);
         const double u = from_force(TRIBO(axis, step)(x, to_force(r), to_force(plant->reading)));
-        *jump          = tick > from ? fmax(*jump, fabs(u - was)) : *jump;
-        was            = u;
+        learn(x);
+        *jump = tick > from ? fmax(*jump, fabs(u - was)) : *jump;
+        was   = u;
         plant_step(plant, u);
         sum += (r - plant->force) * (r - plant->force);
     }
@@ -197,6 +208,9 @@ static void test_before_the_init_an_axis_puts_out_nothing(void)
     TEST_ASSERT_TRUE(TRIBO(axis, error)(&axis, to_force(0.5), to_force(0.1)) == 0);
     TEST_ASSERT_TRUE(TRIBO(axis, command)(&axis, to_force(0.5)) == 0);
     TEST_ASSERT_TRUE(TRIBO(axis, excess)(&axis) == 0);
+#if TRIBO_IS_Q31
+    TEST_ASSERT_FALSE(tribo_axis_q31_learn(&axis));
+#endif
     TRIBO(axis, report)(&axis, &report);
     TEST_ASSERT_EQUAL_FLOAT(1.0f, report.share);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, report.high_n[0]);
@@ -225,7 +239,9 @@ static void test_an_axis_is_the_loop_below_it(void)
         const tribo_force_t r = to_force(triangle(tick));
         const tribo_force_t y = tick % 500 == 499 ? to_force(FULL_SCALE_N * 10.0) : to_force(plant.reading);
         const tribo_force_t u = TRIBO(axis, step)(&axis, r, y);
+        learn(&axis);
         TEST_ASSERT_TRUE(u == TRIBO(force_loop, step)(&axis.params.loop, &loop, r, y, NULL));
+        (void)TRIBO(feedforward, learn)(&axis.params.loop, &memory);
         plant_step(&plant, from_force(u));
     }
     tribo_axis_report_t report;
@@ -287,6 +303,7 @@ static void test_a_controller_of_the_callers_stays_in_place(void)
         const double e = from_force(TRIBO(axis, error)(&axis, to_force(r), to_force(plant.reading)));
         const double v = my_pi(&integral, e, from_force(TRIBO(axis, excess)(&axis)));
         plant_step(&plant, from_force(TRIBO(axis, command)(&axis, to_force(v))));
+        learn(&axis);
         sum += tick < 4 * PERIOD ? 0.0 : (r - plant.force) * (r - plant.force);
     }
     ASSERT_BELOW(1.5e-3, sqrt(sum / PERIOD));
@@ -437,12 +454,12 @@ static void test_each_warning_has_a_sentence_and_a_command_clears_what_is_latche
     const tribo_axis_f32_config_t config = rig(1.0f);
     TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
     tribo_axis_report_t report;
-    axis.guard.cause                         = TRIBO_GUARD_HUNTING;
-    axis.memory.state.at_bound               = TRIBO_FEEDFORWARD_BOUND_TURNS;
-    axis.memory.state.monitor.feedback.harms = 1;
-    axis.memory.state.forgotten              = 1;
-    axis.loop.bad_inputs                     = 1;
-    axis.loop.controller.limited_ticks       = 1;
+    axis.guard.cause                   = TRIBO_GUARD_HUNTING;
+    axis.memory.state.learner.at_bound = TRIBO_FEEDFORWARD_BOUND_TURNS;
+    axis.memory.state.learner.harms    = 1;
+    axis.memory.state.forgotten        = 1;
+    axis.loop.bad_inputs               = 1;
+    axis.loop.controller.limited_ticks = 1;
     TRIBO(axis, report)(&axis, &report);
     for (uint32_t i = 0; i < 6; i++)
     {

@@ -147,6 +147,7 @@ static void test_feedforward_is_a_mirror_image_to_the_last_bit(void)
 {
     plant_t    plant   = {.positive = 1.2, .negative = 0.8, .noise = 2e-4};
     wanderer_t w       = {0.0, 0.0, 0};
+    double     travel  = 0.0;
     int        learned = 0;
     int        held    = 0;
     int        turns   = 0;
@@ -174,8 +175,11 @@ static void test_feedforward_is_a_mirror_image_to_the_last_bit(void)
         const feedforward_seen_t a = feedforward_seen(&x);
         const feedforward_seen_t b = feedforward_seen(&other);
         TEST_ASSERT_TRUE(a.f == -b.f && a.b == -b.b && a.z == -b.z && a.sigma == -b.sigma && a.travel == b.travel);
-        TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, true));
-        learned += a.travel > 0.0;
+        TEST_ASSERT_TRUE(feedforward_is_same(a.weight, b.weight, sizeof a.weight) && a.constant == -b.constant &&
+                         a.scale == b.scale);
+        TEST_ASSERT_TRUE(feedforward_is_same(a.use, b.use, sizeof a.use) && a.doubt == b.doubt);
+        learned += a.travel > travel;
+        travel = a.travel;
         held += feedforward_holds(&x);
         turns += a.sigma != 0.0 && fabs(a.sigma) < 1.0;
         move(&plant, u);
@@ -205,6 +209,7 @@ static void test_feedforward_of_forces_twice_as_large_gives_forces_twice_as_larg
 {
     plant_t    plant   = {.positive = 1.3, .negative = 0.7, .noise = 2e-4};
     wanderer_t w       = {0.0, 0.0, 0};
+    double     travel  = 0.0;
     int        learned = 0;
     init(&x);
     double_forces();
@@ -221,7 +226,8 @@ static void test_feedforward_of_forces_twice_as_large_gives_forces_twice_as_larg
         const double u = on_grid(v + added);
         feedforward_after(&x, v, u, false);
         feedforward_after(&other, 2.0 * v, 2.0 * u, false);
-        learned += feedforward_seen(&x).travel > 0.0;
+        learned += feedforward_seen(&x).travel > travel;
+        travel = feedforward_seen(&x).travel;
         TEST_ASSERT_TRUE(is_twice(feedforward_seen(&other).z, feedforward_seen(&x).z));
         move(&plant, u);
     }
@@ -256,7 +262,7 @@ static void test_nothing_is_learned_and_no_friction_moves_while_r_and_y_stand(vo
         const feedforward_seen_t now = feedforward_seen(&x);
         TEST_ASSERT_TRUE(now.f == seen.f && now.sigma == seen.sigma && now.lead == 0.0);
     }
-    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
+    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other));
 }
 
 static void test_nothing_is_learned_in_a_hold(void)
@@ -275,13 +281,25 @@ static void test_nothing_is_learned_in_a_hold(void)
         (void)tick(&x, &plant, triangle(STOP));
         TEST_ASSERT_TRUE(feedforward_holds(&x));
     }
-    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
+    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other));
 }
 
+/// A sample of the triangle's slide is about to be exchanged: the next tick does.
+static void run_to_exchange(plant_t *p)
+{
+    init(&x);
+    for (int k = 0; k < STOP || feedforward_seen(&x).phase != 9u; k++)
+    {
+        (void)tick(&x, p, triangle(k));
+    }
+}
+
+/// Beside a twin that goes on with what it had: u is the same in the next tick, but for how r has moved.
 static void test_learning_does_not_move_u(void)
 {
     plant_t plant   = {.positive = 1.5, .negative = 0.5, .noise = 2e-4};
     double  worst   = 0.0;
+    double  at_once = 0.0;
     int     learned = 0;
     init(&x);
     for (int k = 0; k < RUNS(15000, 4000); k++)
@@ -290,11 +308,13 @@ static void test_learning_does_not_move_u(void)
         const double v = control(&plant, feedforward_before(&x, triangle(k), y));
         const double u = v + feedforward_added(&x, v);
         feedforward_copy(&other, &x);
-        feedforward_do_not_learn(&other);
+        other.memory.state.exchange.owner = TRIBO_FEEDFORWARD_OWNER_LEARNER; // still at work
         feedforward_after(&x, v, u, false);
-        feedforward_after(&other, v, u, false);
-        if (!feedforward_knows_the_same(&x, &other, false))
+        feedforward_after_alone(&other, v, u, false);
+        if (feedforward_seen(&x).phase == 0u)
         {
+            const double sum = feedforward_sum(&x);
+            at_once          = fmax(at_once, fabs(sum - feedforward_sum(&other)));
             static feedforward_t next; // the tick after it, as it will be
             feedforward_copy(&next, &x);
             (void)feedforward_before(&next, triangle(k + 1), y);
@@ -303,14 +323,285 @@ static void test_learning_does_not_move_u(void)
             if (fabs(feedforward_seen(&next).sigma) == 1.0 && feedforward_seen(&next).lead == 0.0)
             {
                 worst = fmax(worst, fabs(feedforward_added(&next, v) - feedforward_added(&other, v)));
-                learned++;
+                learned += feedforward_seen(&next).sliding != feedforward_seen(&other).sliding;
             }
         }
         move(&plant, u);
     }
-    printf("u moves by up to %.1e N as something is learned, %d times\n", worst, learned);
-    TEST_ASSERT_TRUE(learned > RUNS(2000, 500));
-    TEST_ASSERT_DOUBLE_WITHIN(5e-6, 0.0, worst); // L and the stops move on with r
+    printf("u moves by up to %.1e N as something is learned, %.1e N in the next tick, %d times\n",
+           at_once,
+           worst,
+           learned);
+    TEST_ASSERT_TRUE(learned > RUNS(1000, 250));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, at_once);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.0, worst); // L and the stops move on with r, by a 143rd of the narrow one's width
+}
+
+/// The learner comes a tick, or nine, after the sample: the result is taken in the tenth all the same, to the last bit.
+static void test_a_result_is_taken_10_ticks_after_its_sample(void)
+{
+    for (int late = 1; late < 10; late++)
+    {
+        plant_t plant = {.positive = 1.3, .negative = 0.8, .noise = 2e-4};
+        init(&x);
+        init(&other);
+        for (int k = 0; k < RUNS(12000, 4000); k++)
+        {
+            const double y = measure(&plant);
+            const double e = feedforward_before(&x, triangle(k), y);
+            const double v = control(&plant, e);
+            TEST_ASSERT_TRUE(feedforward_before(&other, triangle(k), y) == e);
+            const double u = v + feedforward_added(&x, v);
+            TEST_ASSERT_TRUE(v + feedforward_added(&other, v) == u);
+            const double before = feedforward_seen(&x).sliding;
+            feedforward_after(&x, v, u, false);
+            feedforward_after_alone(&other, v, u, false);
+            TEST_ASSERT_TRUE(feedforward_seen(&x).phase == 0u || feedforward_seen(&x).sliding == before);
+            if (feedforward_seen(&other).phase == (unsigned)late)
+            {
+                (void)feedforward_learn(&other);
+            }
+            move(&plant, u);
+        }
+        TEST_ASSERT_TRUE(feedforward_seen(&x).sliding != 1.0 &&
+                         feedforward_seen(&x).sliding == feedforward_seen(&other).sliding);
+        TEST_ASSERT_EQUAL_UINT32(0, feedforward_seen(&other).late);
+    }
+}
+
+/// A background that comes round every 35 ticks, and one that never does.
+static void test_late_learning_is_counted_and_harmless(void)
+{
+    for (int every = 0; every <= 35; every += 35)
+    {
+        plant_t plant = {.positive = 1.0, .negative = 1.0};
+        double  worst = 0.0;
+        init(&x);
+        for (int k = 0; k < RUNS(40000, 24000); k++)
+        {
+            const double v = control(&plant, feedforward_before(&x, triangle(k), measure(&plant)));
+            const double u = v + feedforward_added(&x, v);
+            feedforward_after_alone(&x, v, u, false);
+            if (every > 0 && k % every == 0)
+            {
+                TEST_ASSERT_TRUE(feedforward_learn(&x) || k == 0);
+                TEST_ASSERT_FALSE(feedforward_learn(&x)); // nothing left
+            }
+            move(&plant, u);
+            worst = k > RUNS(25000, 12000) ? fmax(worst, fabs(plant.F - triangle(k))) : worst;
+        }
+        const feedforward_seen_t seen = feedforward_seen(&x);
+        printf("learned every %d ticks: %u late, V_0 %.3f, error up to %.2f mN\n",
+               every,
+               (unsigned)seen.late,
+               seen.sliding,
+               1e3 * worst);
+        TEST_ASSERT_EQUAL_UINT32(seen.late, feedforward_learned(&x, 0, 0.3).late);
+        if (every == 0)
+        {
+            TEST_ASSERT_UINT32_WITHIN(2, RUNS(4000, 2400), seen.late);
+            TEST_ASSERT_TRUE(seen.sliding == 1.0 && seen.trust < 0.51); // the prior, half of it
+        }
+        else
+        {
+            TEST_ASSERT_TRUE(seen.late > RUNS(2000, 1200) && seen.late < RUNS(3200, 1900));
+            TEST_ASSERT_DOUBLE_WITHIN(0.05, 1.0, seen.sliding);
+        }
+        TEST_ASSERT_TRUE(worst < 0.03);
+    }
+}
+
+static void test_only_a_loop_with_the_feedforward_learns(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    run_to_exchange(&plant);
+    const double v = control(&plant, feedforward_before(&x, triangle(STOP), measure(&plant)));
+    feedforward_after_alone(&x, v, v + feedforward_added(&x, v), false);
+    TEST_ASSERT_TRUE(TRIBO(feedforward, is_learning)(&x.memory.state));
+    const TRIBO(force_loop, params_t) paper = {.method = NULL};
+    TEST_ASSERT_FALSE(TRIBO(feedforward, learn)(&paper, &x.memory));
+    TEST_ASSERT_TRUE(feedforward_learn(&x));
+    TEST_ASSERT_FALSE(TRIBO(feedforward, is_learning)(&x.memory.state));
+}
+
+static void test_a_bad_reading_gives_no_error_and_teaches_nothing(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    run_to_exchange(&plant);
+    feedforward_copy(&other, &x);
+    for (int i = 0; i < 2; i++)
+    {
+        feedforward_t *const f = i == 0 ? &x : &other;
+        const double         e = feedforward_before(f, triangle(STOP), i == 0 ? (double)NAN : plant.y);
+        TEST_ASSERT_TRUE(i == 1 || e == 0.0);
+        (void)feedforward_added(f, plant.v);
+        feedforward_after(f, plant.v, plant.u, false);
+    }
+    TEST_ASSERT_TRUE(feedforward_seen(&other).travel > feedforward_seen(&x).travel);
+    // A bad reference counts as the last one.
+    (void)feedforward_before(&other, 3.0, plant.y);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, triangle(STOP), feedforward_seen(&other).reached);
+}
+
+/// Beside one of which nothing but what was learned is given on.
+static void test_a_restart_leaves_nothing_behind_but_what_was_learned(void)
+{
+    for (int enters = 0; enters < 2; enters++)
+    {
+        plant_t plant = {.positive = 1.4, .negative = 0.6, .noise = 1e-3};
+        init(&x);
+        for (int k = 0; k < STOP + 4000 + 250 * enters; k++) // in a hold, or while r moves
+        {
+            const double noise = random_between(&r, -2e-4, 2e-4);
+            (void)tick(&x, &plant, k < STOP || enters ? triangle(k) + noise : triangle(STOP));
+        }
+        init(&other);
+        TRIBO(feedforward, state_t) *const fresh = &other.memory.state;
+        fresh->learner                           = x.memory.state.learner;
+        fresh->weights                           = x.memory.state.weights;
+        fresh->exchange                          = x.memory.state.exchange;
+        x.memory.state.limited                   = triangle(3000) > plant.y ? 1 : -1; // what the run may not have left
+        x.memory.state.error                     = FORCE(0.1);
+        x.memory.state.still                     = 3;
+        x.memory.state.quick                     = 3;
+        feedforward_restart(&x);
+        if (enters)
+        {
+            feedforward_enter(&x, 0.0625, true);
+            feedforward_enter(&other, 0.0625, true);
+        }
+        plant_t twin = plant;
+        for (int k = 0; k < 9000; k++)
+        {
+            const double   reference = triangle(k < 6000 ? k + 3000 : 9000);
+            const random_t seed      = r;
+            (void)tick(&x, &plant, reference);
+            r = seed;
+            (void)tick(&other, &twin, reference);
+            const feedforward_seen_t a = feedforward_seen(&x);
+            const feedforward_seen_t b = feedforward_seen(&other);
+            TEST_ASSERT_TRUE(a.e == b.e && a.f == b.f && a.lead == b.lead && a.term == b.term && a.mode == b.mode);
+            TEST_ASSERT_TRUE(a.z == b.z && a.travel == b.travel && a.b == b.b);
+            TEST_ASSERT_TRUE(x.memory.state.error == fresh->error);
+        }
+        TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other));
+    }
+}
+
+/// Of what is learned, in any bit: it is forgotten with the next sample, counted, and u goes on.
+static void test_a_flipped_bit_of_what_is_learned_is_forgotten_and_u_goes_on(void)
+{
+    static feedforward_t sound;
+    plant_t              plant = {.positive = 1.3, .negative = 1.3};
+    run_to_exchange(&plant);
+    feedforward_copy(&sound, &x);
+    tribo_feedforward_learner_t *const learner = &x.memory.state.learner;
+    for (uint32_t i = 0; i < 22u; i++)
+    {
+        for (unsigned bit = 0; bit < 32u; bit += RUNS(3u, 7u))
+        {
+            plant_t arm = plant;
+            feedforward_copy(&x, &sound);
+            float *const number = i < 5u     ? &learner->a[i]
+                                  : i < 20u  ? &learner->P[i - 5u]
+                                  : i == 20u ? &learner->doubt
+                                             : &learner->travel_n;
+            feedforward_flip_bit(number, bit);
+            double last = arm.u;
+            for (int n = 0; n < 30; n++)
+            {
+                const double u = tick(&x, &arm, triangle(STOP + n));
+                TEST_ASSERT_DOUBLE_WITHIN(2e-3, last, u);
+                last = u;
+            }
+            TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).forgotten);
+            TEST_ASSERT_TRUE(feedforward_seen(&x).travel < 0.01 && feedforward_learned(&x, 0, 0.3).forgotten == 1u);
+        }
+    }
+}
+
+/// A tick around the plant, of a command within +-2 N. Returns u.
+static double tick_limited(feedforward_t *f, plant_t *p, double reference)
+{
+    const double v      = control(p, feedforward_before(f, reference, measure(p)));
+    const double wanted = v + feedforward_added(f, v);
+    const double u      = fmin(INPUT_MAX, fmax(-INPUT_MAX, wanted));
+    feedforward_after(f, v, u, u != wanted);
+    move(p, u);
+    return u;
+}
+
+/// Of what the tick uses of it: u moves with it for at most 10 ticks, and what is learned comes back.
+static void test_a_flipped_bit_of_what_the_tick_uses_lasts_10_ticks(void)
+{
+    static feedforward_t sound;
+    plant_t              plant = {.positive = 1.3, .negative = 1.3};
+    run_to_exchange(&plant);
+    feedforward_copy(&sound, &x);
+    const uint32_t words = sizeof(TRIBO(feedforward, weights_t)) / 4u;
+    for (uint32_t i = 0; i < words; i++)
+    {
+        for (unsigned bit = 0; bit < 32u; bit += RUNS(3u, 7u))
+        {
+            plant_t arm = plant;
+            feedforward_copy(&x, &sound);
+            uint32_t *const word = (uint32_t *)(void *)&x.memory.state.weights + i;
+            feedforward_flip_bit(word, bit);
+            x.memory.state.exchange.owner = TRIBO_FEEDFORWARD_OWNER_TICK; // there is no result that would heal it
+            for (int n = 0; n < 25; n++)
+            {
+                TEST_ASSERT_TRUE(isfinite(tick_limited(&x, &arm, triangle(STOP + n))));
+            }
+            TEST_ASSERT_TRUE(feedforward_seen(&x).forgotten >= 1u);
+            TEST_ASSERT_DOUBLE_WITHIN(0.02, feedforward_seen(&sound).sliding, feedforward_seen(&x).sliding);
+        }
+    }
+}
+
+/// Of a sample or a result on its way, whoever owns it: the sum stays a sum of forces, and what is learned stays within a step of it.
+static void test_a_flipped_bit_between_tick_and_learner_is_harmless(void)
+{
+    static feedforward_t sound;
+    plant_t              plant = {.positive = 1.0, .negative = 1.0};
+    run_to_exchange(&plant);
+    (void)tick(&x, &plant, triangle(STOP));
+    feedforward_copy(&sound, &x);
+    const uint32_t words = sizeof(TRIBO(feedforward, exchange_t)) / 4u;
+    for (uint32_t i = 0; i < words; i++)
+    {
+        for (unsigned bit = 0; bit < 32u; bit += RUNS(3u, 7u))
+        {
+            for (int owner = 0; owner < 3; owner++)
+            {
+                plant_t arm = plant;
+                feedforward_copy(&x, &sound);
+                x.memory.state.exchange.owner = (uint32_t)owner;
+                uint32_t *const word          = (uint32_t *)(void *)&x.memory.state.exchange + i;
+                feedforward_flip_bit(word, bit);
+                for (int n = 0; n < 40; n++)
+                {
+                    TEST_ASSERT_TRUE(fabs(tick(&x, &arm, triangle(STOP + n))) < 1.0);
+                }
+                TEST_ASSERT_TRUE(fabs(plant.F - triangle(STOP)) < 0.02);
+            }
+        }
+    }
+}
+
+/// b keeps nothing that v can hold: it fades within a minute.
+static void test_the_offset_comes_back(void)
+{
+    init(&x);
+    for (int k = 0; k < 3000; k++)
+    {
+        (void)tick_alone(0.3 + 1e-5 * k, 0.3);
+    }
+    feedforward_set_offset(&x, 0.5);
+    for (int k = 0; k < RUNS(60000, 12500); k++)
+    {
+        (void)tick_alone(0.33 + 1e-7 * k, 0.3);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, RUNS(0.004, 0.184), feedforward_seen(&x).b); // of 12.5 s
 }
 
 static double any_force(void)
@@ -353,14 +644,13 @@ static void test_error_friction_and_offset_are_bounded_for_any_input(void)
             TEST_ASSERT_TRUE(fabs(s.b) <= 4.0 * INPUT_MAX);
             TEST_ASSERT_TRUE(fabs(add) <= 20.0 * INPUT_MAX);
             TEST_ASSERT_TRUE(isfinite(s.z));
-            TEST_ASSERT_TRUE(s.weight[0] >= 0.02 - ROUNDING && s.weight[0] <= 3.0 + ROUNDING);
-            TEST_ASSERT_TRUE(fabs(s.constant) <= L0 + L1 * 0.5 + ROUNDING && fabs(s.slope) <= 0.5 + ROUNDING);
+            TEST_ASSERT_TRUE(s.mode < TRIBO_FEEDFORWARD_START ||
+                             (s.sliding >= 0.02 - ROUNDING && s.sliding <= 3.0 + ROUNDING));
+            TEST_ASSERT_TRUE(fabs(s.constant) <= 8.0 * 0.3 * (L0 + L1 * 0.5) + ROUNDING &&
+                             fabs(s.scale) <= 0.8 + ROUNDING);
             TEST_ASSERT_TRUE(s.doubt >= 0.0 && s.doubt <= 1.0);
             TEST_ASSERT_EQUAL_UINT32(0, s.forgotten);
-            for (uint32_t j = 1; j <= TRIBO_FEEDFORWARD_STOPS; j++)
-            {
-                TEST_ASSERT_TRUE(fabs(s.weight[j]) <= 2.0 + ROUNDING);
-            }
+            TEST_ASSERT_TRUE(fabs(s.weight[1]) <= 4.4 + ROUNDING && fabs(s.weight[2]) <= 4.4 + ROUNDING);
         }
     }
 }
@@ -383,37 +673,6 @@ static void test_feedforward_recovers_from_any_input(void)
         worst = k > RUNS(40000, 30000) ? fmax(worst, fabs(plant.F - triangle(k))) : worst;
     }
     TEST_ASSERT_TRUE(worst < 0.01);
-}
-
-static void test_a_bad_reading_gives_no_error_and_teaches_nothing(void)
-{
-    plant_t plant = {.positive = 1.0, .negative = 1.0};
-    init(&x);
-    run_to_stop(&plant);
-    while (feedforward_seen(&x).stage != 0u) // the next tick takes a sample
-    {
-        (void)tick(&x, &plant, triangle(STOP));
-    }
-    feedforward_copy(&other, &x);
-    static feedforward_t good;
-    feedforward_copy(&good, &x);
-    for (int k = 0; k < 10; k++)
-    {
-        const double y = k == 0 ? (double)NAN : plant.y;
-        const double e = feedforward_before(&x, triangle(STOP + k), y);
-        TEST_ASSERT_TRUE(k > 0 || e == 0.0);
-        (void)feedforward_added(&x, plant.v);
-        feedforward_after(&x, plant.v, plant.u, false);
-        (void)feedforward_before(&good, triangle(STOP + k), plant.y);
-        (void)feedforward_added(&good, plant.v);
-        feedforward_after(&good, plant.v, plant.u, false);
-    }
-    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
-    TEST_ASSERT_FALSE(feedforward_knows_the_same(&good, &other, false));
-    // A bad reference counts as the last one.
-    const double e = feedforward_before(&other, 3.0, plant.y);
-    TEST_ASSERT_TRUE(fabs(e) < 0.01);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-4, triangle(STOP), feedforward_seen(&other).reached);
 }
 
 static void test_feedforward_after_a_reset_runs_the_same_bit_for_bit(void)
@@ -444,67 +703,17 @@ static void test_a_restart_keeps_what_was_learned_and_a_reset_forgets_it(void)
     feedforward_copy(&learned, &x);
     feedforward_restart(&x);
     (void)feedforward_before(&x, 0.3, 0.3);
-    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &learned, false));
+    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &learned));
     TEST_ASSERT_TRUE(feedforward_seen(&x).sigma == 0.0 && feedforward_seen(&x).f == 0.0);
     feedforward_reset(&x);
-    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
-}
-
-/// Beside one of which nothing but what was learned is given on.
-static void test_a_restart_leaves_nothing_behind_but_what_was_learned(void)
-{
-    for (int enters = 0; enters < 2; enters++)
-    {
-        plant_t plant = {.positive = 1.4, .negative = 0.6, .noise = 1e-3};
-        init(&x);
-        for (int k = 0; k < STOP + 4000 + 250 * enters; k++) // in a hold, or while r moves
-        {
-            const double noise = random_between(&r, -2e-4, 2e-4);
-            (void)tick(&x, &plant, k < STOP || enters ? triangle(k) + noise : triangle(STOP));
-        }
-        init(&other);
-        TRIBO(feedforward, state_t) *const fresh = &other.memory.state;
-        fresh->learned                           = x.memory.state.learned;
-        fresh->hold.extra_margin                 = x.memory.state.hold.extra_margin;
-        fresh->monitor.ratio                     = x.memory.state.monitor.ratio;
-        fresh->monitor.feedback                  = x.memory.state.monitor.feedback;
-        fresh->at_bound                          = x.memory.state.at_bound;
-        x.memory.state.limited                   = triangle(3000) > plant.y ? 1 : -1; // what the run may not have left
-        x.memory.state.learning.stage            = 5;
-        x.memory.state.learning.hunts            = 1;
-        x.memory.state.learning.since            = 3;
-        x.memory.state.hold.TRIBO_N(error)       = FORCE(0.1);
-        feedforward_restart(&x);
-        if (enters)
-        {
-            feedforward_enter(&x, 0.0625, true);
-            feedforward_enter(&other, 0.0625, true);
-        }
-        plant_t twin = plant;
-        for (int k = 0; k < 9000; k++)
-        {
-            const double   reference = triangle(k < 6000 ? k + 3000 : 9000);
-            const random_t seed      = r;
-            (void)tick(&x, &plant, reference);
-            r = seed;
-            (void)tick(&other, &twin, reference);
-            const feedforward_seen_t a = feedforward_seen(&x);
-            const feedforward_seen_t b = feedforward_seen(&other);
-            TEST_ASSERT_TRUE(a.e == b.e && a.f == b.f && a.lead == b.lead && a.term == b.term && a.mode == b.mode);
-            TEST_ASSERT_TRUE(a.z == b.z && a.travel == b.travel && a.b == b.b && a.margin == b.margin);
-            TEST_ASSERT_TRUE(x.memory.state.monitor.ratio == fresh->monitor.ratio);
-            TEST_ASSERT_TRUE(x.memory.state.hold.TRIBO_N(error) == fresh->hold.TRIBO_N(error));
-        }
-        TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other, false));
-    }
+    TEST_ASSERT_TRUE(feedforward_knows_the_same(&x, &other));
 }
 
 /// A hold before a restart was where r creeps now: a first motion is one all the same.
 static void test_a_first_motion_is_not_held_where_the_last_hold_was(void)
 {
     init(&x);
-    x.memory.state.hold.TRIBO_N(anchor) = FORCE(0.3002);
-    x.memory.state.hold.still           = 1000;
+    x.memory.state.still = 1000;
     feedforward_restart(&x);
     for (int k = 0; k < 400; k++)
     {
@@ -523,62 +732,15 @@ static void test_a_hold_begins_with_nothing_counted(void)
     for (int k = 0; !feedforward_holds(&x); k++)
     {
         TEST_ASSERT_TRUE(k < 9000);
-        x.memory.state.hold.quick          = 3;
-        x.memory.state.hold.since          = 7;
-        x.memory.state.hold.side           = -1; // r rises before it stands
-        x.memory.state.hold.rests          = true;
-        x.memory.state.hold.TRIBO_N(noise) = TRIBO_EITHER(1e-3f, 1 << 26);
-        x.memory.state.hold.TRIBO_N(error) =
-            feedforward_of(&x, 1e-4); // beyond a deadband of 0.07, within one in which u rests
+        x.memory.state.quick = 3;
+        x.memory.state.since = 7;
+        x.memory.state.side  = -1; // r rises before it stands
+        x.memory.state.rests = true;
+        x.memory.state.error = FORCE(1e-4);
         (void)tick(&x, &plant, triangle(k < 7000 ? k : 7000));
     }
-    TEST_ASSERT_TRUE(x.memory.state.hold.quick == 0 && x.memory.state.hold.since <= 1u);
-    TEST_ASSERT_TRUE(x.memory.state.hold.side == 1 && !x.memory.state.hold.rests);
-}
-
-/// Of a direction that has not slid: each of the four numbers counts, and what they have in common.
-static void test_the_variance_of_a_direction_has_its_part_of_each_number(void)
-{
-    static const int at[4][4] = {{0, 1, 2, 3}, {1, 4, 5, 6}, {2, 5, 7, 8}, {3, 6, 8, 9}};
-    const double     unit     = TRIBO_EITHER(1.0, 1073741824.0);
-    plant_t          plant    = {.positive = 1.0, .negative = 1.0};
-    init(&x);
-    for (int k = 0; k < 2000; k++)
-    {
-        (void)tick(&x, &plant, triangle(k));
-    }
-    feedforward_number_t *const M = x.memory.state.learned.covariance;
-    for (uint32_t d = 0; d < 2u; d++)
-    {
-        double k[4] = {0.4};
-        double sum  = k[0] * k[0];
-        for (int i = 1; i < 4; i++)
-        {
-            k[i] = (d == 0u ? 1.0 : -1.0) * (double)x.memory.state.learning.regressor[i] / FEEDFORWARD_ONE;
-            sum += k[i] * k[i];
-        }
-        for (int i = 0; i < 4; i++)
-        {
-            for (int j = 0; j < 4; j++)
-            {
-                double wanted = 0.0;
-                for (int n = 0; n < 10; n++)
-                {
-                    M[n] = 0;
-                }
-                for (int n = 0; n < 4; n++)
-                {
-                    M[at[n][n]] = (feedforward_number_t)(0.5 * unit);
-                    wanted += 0.5 * k[n] * k[n];
-                }
-                M[at[i][j]] = (feedforward_number_t)(0.25 * unit);
-                wanted += i == j ? -0.25 * k[i] * k[i] : 2.0 * 0.25 * k[i] * k[j];
-                TEST_ASSERT_DOUBLE_WITHIN(1e-5,
-                                          fmax(0.0, wanted / sum),
-                                          feedforward_learned(&x, d, 0.3).relative_variance);
-            }
-        }
-    }
+    TEST_ASSERT_TRUE(x.memory.state.quick == 0 && x.memory.state.since <= 1u);
+    TEST_ASSERT_TRUE(x.memory.state.side == 1 && !x.memory.state.rests);
 }
 
 static void test_entering_adds_what_was_added_before(void)
@@ -601,9 +763,14 @@ static void test_u_does_not_jump_where_a_hold_begins_or_ends(void)
     double  leaving = 0.0;
     int     changes = 0;
     bool    before  = false;
+    bool    leads   = false;
     init(&x);
     for (int k = 0; k < RUNS(50000, 18000); k++)
     {
+        if (k % 8000 == 0) // this plant's friction does harm
+        {
+            TRIBO(feedforward, restore)(&x.memory.state);
+        }
         // Ramps of 3 s, each followed by 5 s at rest; every other one goes back.
         const int    leg       = k / 8000;
         const double part      = fmin(1.0, (k % 8000) / 3000.0);
@@ -612,7 +779,7 @@ static void test_u_does_not_jump_where_a_hold_begins_or_ends(void)
         const double reference = from + (to - from) * part;
         const double u         = tick(&x, &plant, reference);
         const bool   holds     = feedforward_holds(&x);
-        if (holds && !before)
+        if (holds && !before && !leads) // a jump that ends early takes its lead along
         {
             entry = fmax(entry, fabs(u - last));
             changes++;
@@ -623,6 +790,7 @@ static void test_u_does_not_jump_where_a_hold_begins_or_ends(void)
             changes++;
         }
         before = holds;
+        leads  = feedforward_seen(&x).lead != 0.0;
         last   = u;
     }
     printf("u moves by up to %.1e N as a hold begins, %.1e N as it ends, %d changes\n", entry, leaving, changes);
@@ -642,7 +810,7 @@ static void test_a_hold_that_ends_without_friction_ends_on_the_side_of_the_refer
         TEST_ASSERT_TRUE(k < 9000);
         (void)tick(&x, &plant, triangle(k < 7000 ? k : 7000));
     }
-    TEST_ASSERT_TRUE(x.memory.state.hold.side == 1);
+    TEST_ASSERT_TRUE(x.memory.state.side == 1);
     for (k = 0; feedforward_holds(&x); k++)
     {
         const double reference = triangle(7000) - 1e-3 * k;
@@ -688,7 +856,7 @@ static void test_of_a_lasting_error_in_a_hold_what_is_below_the_noise_is_left(vo
         sum += k < 4000 ? 0.0 : feedforward_seen(&x).e / 2000.0;
     }
     printf("of an error of %.2f mN, %.3f mN is fed back\n", 1e3 * error, 1e3 * sum);
-    TEST_ASSERT_DOUBLE_WITHIN(2e-5, error - 0.07 * 4e-3, sum);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-5, error - 0.04 * 4e-3, sum);
 }
 
 /// Within the noise u does not move at all, whatever the controller does, until the error has grown.
@@ -702,14 +870,14 @@ static void test_in_a_hold_u_rests_while_the_error_is_within_the_noise(void)
     for (int k = 0; k < 9000; k++)
     {
         const double noise =
-            k % 2 == 0 ? 1e-3 : -1e-3; // a mean second difference of 4 mN: deadband 0.28 mN, 0.7 mN while u rests
-        const double error = k < 3000 ? 0.2e-3 : k < 6000 ? 0.6e-3 : 0.8e-3;
+            k % 2 == 0 ? 1e-3 : -1e-3; // a mean second difference of 4 mN: deadband 0.16 mN, 0.56 mN while u rests
+        const double error = k < 3000 ? 0.1e-3 : k < 6000 ? 0.5e-3 : 0.8e-3;
         const double y     = k % 500 == 7 ? (double)NAN : triangle(STOP) - error + noise;
         const double v     = 1e-3 * sin(0.01 * k);
         (void)feedforward_before(&x, triangle(STOP), y);
         const double now = v + feedforward_added(&x, v);
         feedforward_after(&x, v, now, false);
-        const bool rests = feedforward_holds(&x) && x.memory.state.hold.rests;
+        const bool rests = feedforward_holds(&x) && x.memory.state.rests;
         if (rests)
         {
             TEST_ASSERT_DOUBLE_WITHIN(1e-7, u, now);
@@ -740,7 +908,7 @@ static double come_to_rest(void)
     {
         u = tick_alone(triangle(STOP), stuck(k));
     }
-    TEST_ASSERT_TRUE(feedforward_holds(&x) && x.memory.state.hold.rests);
+    TEST_ASSERT_TRUE(feedforward_holds(&x) && x.memory.state.rests);
     return u;
 }
 
@@ -756,7 +924,7 @@ static void test_a_step_of_the_reference_ends_a_rest_at_once(void)
         for (int k = 1; k < 200; k++)
         {
             (void)tick_alone(triangle(STOP) + step, stuck(k));
-            TEST_ASSERT_TRUE(feedforward_holds(&x) && !x.memory.state.hold.rests);
+            TEST_ASSERT_TRUE(feedforward_holds(&x) && !x.memory.state.rests);
         }
     }
 }
@@ -774,8 +942,8 @@ static void test_after_a_pulse_of_the_reference_u_comes_back_before_it_rests(voi
         {
             left = tick_alone(triangle(STOP) + (k < ticks[i % 3] ? steps[i / 3] : 0.0), stuck(k)) - u;
         }
-        TEST_ASSERT_TRUE(feedforward_holds(&x) && x.memory.state.hold.rests);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, left);
+        TEST_ASSERT_TRUE(feedforward_holds(&x) && x.memory.state.rests);
+        TEST_ASSERT_DOUBLE_WITHIN(4e-3, 0.0, left); // of a step of 20 or 80
     }
 }
 
@@ -798,58 +966,25 @@ static void test_the_first_motion_is_the_controllers_alone(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, seen.f, seen.b);
 }
 
-/// A step backwards into friction of which nothing is known is left to the controller as well.
-static void test_a_step_back_is_fed_forward_once_something_is_learned(void)
-{
-    plant_t plant = {.positive = 1.0, .negative = 1.0};
-    for (int known = 0; known < 2; known++)
-    {
-        init(&x);
-        plant          = (plant_t){.positive = 1.0, .negative = 1.0};
-        const int from = known ? 8000 : 100; // at 0.04 N/s
-        for (int k = 0; k < from; k++)
-        {
-            (void)tick(&x, &plant, triangle(k));
-        }
-        const double to = triangle(from) - 0.1;
-        (void)tick(&x, &plant, to);
-        const feedforward_seen_t seen = feedforward_seen(&x);
-        TEST_ASSERT_TRUE(known ? seen.sigma < 1.0 && seen.sigma > 0.8 : seen.sigma == -1.0);
-        TEST_ASSERT_TRUE(known ? seen.lead < 0.0 : seen.lead == 0.0);
-    }
-}
-
 static void test_nothing_is_learned_while_u_is_limited(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0};
     init(&x);
-    int learned = 0;
+    double travel  = 0.0;
+    int    learned = 0;
     for (int k = 0; k < RUNS(10000, 4000); k++)
     {
         const double v = control(&plant, feedforward_before(&x, triangle(k), measure(&plant)));
         const double u = v + feedforward_added(&x, v);
         // Told to be limited, and so that the reference is not held back by it: on the side it does not go to.
         feedforward_after(&x, v, k > RUNS(8000, 3000) ? u + 1e-3 : u, k > RUNS(8000, 3000));
-        TEST_ASSERT_TRUE(k <= RUNS(8000, 3000) || feedforward_seen(&x).travel == 0.0);
-        learned += feedforward_seen(&x).travel > 0.0;
+        const double now = feedforward_seen(&x).travel;
+        TEST_ASSERT_TRUE(k <= RUNS(8000, 3000) + 10 || now == travel);
+        learned += now > travel;
+        travel = now;
         move(&plant, u);
     }
     TEST_ASSERT_TRUE(learned > RUNS(500, 200)); // of a sample in ten ticks
-}
-
-static void test_learning_takes_the_caution_of_holds_back(void)
-{
-    plant_t plant = {.positive = 1.0, .negative = 1.0};
-    init(&x);
-    for (int k = 0; k < RUNS(25000, 12000); k++)
-    {
-        if (k == 5000)
-        {
-            feedforward_set_margin(&x, 0.5);
-        }
-        (void)tick(&x, &plant, triangle(k));
-    }
-    TEST_ASSERT_TRUE(feedforward_seen(&x).margin < 0.5 * exp(-RUNS(5.0, 2.0))); // 0.1 N of learning a factor e
 }
 
 /// The first good ticks, of a sum that is r alone: no number has a bit that nothing put there.
@@ -871,13 +1006,9 @@ static void test_at_rest_all_is_0_to_the_last_bit(void)
             const feedforward_seen_t seen = feedforward_seen(&x);
             TEST_ASSERT_TRUE(seen.f == 0.0 && seen.lead == 0.0 && seen.b == 0.0 && seen.sigma == 0.0);
             TEST_ASSERT_TRUE(seen.lin == 0.25 && seen.reached == 0.25 && seen.z == 0.0 && seen.travel == 0.0);
-            TEST_ASSERT_TRUE(s->TRIBO_N(noise) == 0 && s->observer.TRIBO_N(noise) == 0 && s->hold.TRIBO_N(noise) == 0);
-            TEST_ASSERT_TRUE(s->TRIBO_N(behind)[0] == 0 && s->TRIBO_N(behind)[1] == 0 && s->hold.TRIBO_N(error) == 0);
-            TEST_ASSERT_TRUE(s->observer.TRIBO_N(force) == s->TRIBO_N(reached) && s->sign == 0 && s->limited == 0);
-            for (uint32_t j = 0; j <= TRIBO_FEEDFORWARD_STOPS; j++)
-            {
-                TEST_ASSERT_TRUE(s->learning.stop[j] == 0 && s->stop[j % TRIBO_FEEDFORWARD_STOPS] == 0);
-            }
+            TEST_ASSERT_TRUE(s->r_noise == 0 && s->y_noise == 0 && s->error == 0);
+            TEST_ASSERT_TRUE(s->behind[0] == 0 && s->behind[1] == 0 && s->stop[0] == 0 && s->stop[1] == 0);
+            TEST_ASSERT_TRUE(s->force == s->reached && s->sign == 0 && s->limited == 0 && s->learner.stop[0] == 0.0f);
         }
     }
 }
@@ -910,9 +1041,9 @@ static void test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_rever
         const double L = L0 + L1 * 0.4;
         for (uint32_t d = 0; d < 2u; d++)
         {
-            const feedforward_learned_t at = feedforward_learned(&x, d, 0.4);
-            TEST_ASSERT_DOUBLE_WITHIN(0.05 * scale[i][d] * L, scale[i][d] * L, at.L);
-            TEST_ASSERT_TRUE(at.relative_variance < 0.2);
+            const tribo_feedforward_learned_t at = feedforward_learned(&x, d, 0.4);
+            TEST_ASSERT_DOUBLE_WITHIN(0.05 * scale[i][d] * L, scale[i][d] * L, (double)at.L_n);
+            TEST_ASSERT_TRUE(at.relative_variance < 0.2f);
         }
     }
 }
@@ -930,7 +1061,6 @@ static void test_a_table_serves_as_a_prior_as_a_law_does(void)
     model.friction.table        = table;
     model.friction.table_length = 3;
     init(&other);
-    int learned = 0;
     for (int k = 0; k < RUNS(25000, 13000); k++)
     {
         const double reference = k % 20000 < 10000 ? triangle(k) : triangle(k) - 0.4; // through 0 as well
@@ -942,38 +1072,9 @@ static void test_a_table_serves_as_a_prior_as_a_law_does(void)
         TEST_ASSERT_DOUBLE_WITHIN(2e-5, added, feedforward_added(&other, v));
         feedforward_after(&x, v, v + added, false);
         feedforward_after(&other, v, v + added, false);
-        learned += feedforward_seen(&x).travel > 0.0;
         move(&plant, v + added);
     }
-    TEST_ASSERT_TRUE(learned > RUNS(2000, 1000));
-}
-
-/// f, from the signals alone, of a bank without presliding: G sigma with G = (1 - doubt/2) V0 L.
-static void test_friction_between_reversals_is_what_is_known(void)
-{
-    plant_t plant = {.positive = 1.2, .negative = 1.2};
-    init(&x);
-    int ticks = 0;
-    for (int k = 0; k < RUNS(25000, 13000); k++)
-    {
-        const double e = feedforward_before(&x, triangle(k), measure(&plant));
-        for (uint32_t j = 1; j <= TRIBO_FEEDFORWARD_STOPS; j++)
-        {
-            feedforward_set_weight(&x, j, 0.0);
-        }
-        const feedforward_seen_t seen = feedforward_seen(&x);
-        const double             v    = control(&plant, e);
-        const double             u    = v + feedforward_added(&x, v);
-        if (k > 10500 && seen.sigma == -1.0)
-        {
-            const double L = L0 + L1 * fabs(seen.reached);
-            TEST_ASSERT_DOUBLE_WITHIN(0.1 * L, -seen.weight[0] * L, seen.f);
-            ticks++;
-        }
-        feedforward_after(&x, v, u, false);
-        move(&plant, u);
-    }
-    TEST_ASSERT_TRUE(ticks > RUNS(8000, 2000));
+    TEST_ASSERT_TRUE(feedforward_seen(&x).travel > RUNS(0.3, 0.15));
 }
 
 static void test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction(void)
@@ -994,13 +1095,13 @@ static void test_before_anything_is_learned_breakaway_is_the_prior_of_its_direct
         const double of_law[] = {L0 + L1 * fabs(force[i]), 0.014 + 0.5 * fabs(force[i])};
         for (uint32_t d = 0; d < 2u; d++)
         {
-            const feedforward_learned_t by_law   = feedforward_learned(&x, d, force[i]);
-            const feedforward_learned_t by_table = feedforward_learned(&other, d, force[i]);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-7, of_law[d], by_law.L);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-7, of_table[(i + 1) / 2][d], by_table.L);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, by_law.relative_variance);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, by_table.relative_variance);
-            TEST_ASSERT_TRUE(by_law.travel == 0.0 && by_table.travel == 0.0);
+            const tribo_feedforward_learned_t by_law   = feedforward_learned(&x, d, force[i]);
+            const tribo_feedforward_learned_t by_table = feedforward_learned(&other, d, force[i]);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7, of_law[d], (double)by_law.L_n);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7, of_table[(i + 1) / 2][d], (double)by_table.L_n);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, (double)by_law.relative_variance);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, (double)by_table.relative_variance);
+            TEST_ASSERT_TRUE(by_law.travel_n == 0.0f && by_table.travel_n == 0.0f);
             TEST_ASSERT_FALSE(by_law.at_bound || by_table.at_bound);
         }
     }
@@ -1010,11 +1111,11 @@ static void test_before_anything_is_learned_breakaway_is_the_prior_of_its_direct
 static void test_the_learned_breakaway_of_a_direction_is_never_nothing(void)
 {
     init(&x);
-    feedforward_set_weight(&x, 0, 0.8);
-    x.memory.state.learned.TRIBO_N(constant) = FORCE(-0.15);
-    const double L                           = 0.8 * (L0 + L1 * 0.3);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.05 * L, feedforward_learned(&x, TRIBO_BREAKAWAY_POSITIVE, 0.3).L);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, L + 0.15, feedforward_learned(&x, TRIBO_BREAKAWAY_NEGATIVE, 0.3).L);
+    feedforward_set_sliding(&x, 0.8);
+    x.memory.state.learner.a[3] = -0.15f / x.params.learning.deviation[3];
+    const double L              = 0.8 * (L0 + L1 * 0.3);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.05 * L, (double)feedforward_learned(&x, TRIBO_BREAKAWAY_POSITIVE, 0.3).L_n);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, L + 0.15, (double)feedforward_learned(&x, TRIBO_BREAKAWAY_NEGATIVE, 0.3).L_n);
 }
 
 static void test_learned_breakaway_says_when_it_is_at_a_bound(void)
@@ -1027,7 +1128,7 @@ static void test_learned_breakaway_says_when_it_is_at_a_bound(void)
     init(&x);
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
     {
-        feedforward_set_weight(&x, 0, cases[i].weight);
+        feedforward_set_sliding(&x, cases[i].weight);
         TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.5).at_bound == cases[i].at_bound);
     }
 }
@@ -1041,10 +1142,9 @@ static bool stays_at_bound_with(double V)
     for (int k = 0; k < 7000; k++)
     {
         reference += (k / 1000) % 2 == 0 ? 1e-5 : -1e-5;
-        feedforward_set_weight(&x, 0, k < 6900 ? V : 1.0);
+        feedforward_set_sliding(&x, k < 6900 ? V : 1.0);
         (void)feedforward_before(&x, reference, 0.3);
         (void)feedforward_added(&x, 0.0);
-        feedforward_do_not_learn(&x);
         feedforward_after(&x, 0.0, 0.3, false);
         const bool stays = feedforward_learned(&x, 0, 0.3).stays_at_bound;
         TEST_ASSERT_FALSE(latched && !stays);
@@ -1068,69 +1168,6 @@ static void test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched(vo
     TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).stays_at_bound);
 }
 
-static void test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on(void)
-{
-    plant_t plant = {.positive = 1.0, .negative = 1.0};
-    init(&x);
-    run_to_stop(&plant);
-    double before = feedforward_seen(&x).term;
-    feedforward_break_weight(&x, 2);
-    for (int k = 0; k < 10 && feedforward_seen(&x).forgotten == 0u; k++) // found within the ticks of a sample
-    {
-        (void)tick(&x, &plant, triangle(STOP + k));
-        before = feedforward_seen(&x).term;
-    }
-    TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).forgotten);
-    TEST_ASSERT_TRUE(feedforward_seen(&x).weight[0] == 1.0 && feedforward_seen(&x).doubt == 1.0);
-    (void)feedforward_before(&x, triangle(STOP), plant.y);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, before, feedforward_added(&x, 0.0)); // it has entered
-    TEST_ASSERT_EQUAL_UINT(TRIBO_FEEDFORWARD_START, feedforward_seen(&x).mode);
-    for (uint32_t d = 0; d < 2u; d++)
-    {
-        TEST_ASSERT_EQUAL_UINT32(1, feedforward_learned(&x, d, 0.3).forgotten);
-    }
-}
-
-/// Each number, in a tick that learns and in one that does not.
-static void test_a_flipped_bit_of_any_learned_number_is_forgotten(void)
-{
-    static feedforward_t                 sound;
-    plant_t                              plant   = {.positive = 1.0, .negative = 1.0};
-    TRIBO(feedforward_weights, t) *const learned = &x.memory.state.learned;
-    feedforward_number_t *const          first[] = {learned->weight,
-                                                    &learned->TRIBO_N(constant),
-                                                    &learned->slope,
-                                                    &learned->scale,
-                                                    learned->covariance,
-                                                    learned->variance,
-                                                    learned->use};
-    static const int                     count[] = {5, 1, 1, 1, 10, 4, 5};
-    init(&sound);
-    int k = 0;
-    for (; k < STOP || feedforward_seen(&sound).stage != 3u; k++)
-    {
-        (void)tick(&sound, &plant, triangle(k));
-    }
-    for (unsigned bit = 0; bit <= 20u; bit += 4u)
-    {
-        for (int group = 0; group <= 7; group++)
-        {
-            for (int i = 0; i < (group < 7 ? count[group] : 1); i++)
-            {
-                plant_t arm = plant;
-                feedforward_copy(&x, &sound);
-                feedforward_flip_bit(group < 7 ? (void *)&first[group][i] : (void *)&learned->doubt, bit);
-                for (int n = 0; n < 10; n++)
-                {
-                    TEST_ASSERT_TRUE(n >= 7 || feedforward_seen(&x).forgotten == 0u);
-                    (void)tick(&x, &arm, triangle(bit < 12u ? k + n : k));
-                }
-                TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).forgotten);
-            }
-        }
-    }
-}
-
 static void test_a_flipped_bit_of_the_offset_is_counted_and_u_goes_on(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0};
@@ -1138,7 +1175,7 @@ static void test_a_flipped_bit_of_the_offset_is_counted_and_u_goes_on(void)
     run_to_stop(&plant);
     const feedforward_seen_t before = feedforward_seen(&x);
     TEST_ASSERT_EQUAL_UINT32(0, before.forgotten);
-    feedforward_break_offset(&x);
+    feedforward_flip_bit(&x.memory.state.b, 20);
     (void)tick(&x, &plant, triangle(STOP));
     const feedforward_seen_t after = feedforward_seen(&x);
     TEST_ASSERT_EQUAL_UINT32(1, after.forgotten);
@@ -1147,37 +1184,6 @@ static void test_a_flipped_bit_of_the_offset_is_counted_and_u_goes_on(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, before.weight[0], after.weight[0]);
     (void)tick(&x, &plant, triangle(STOP + 1));
     TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).forgotten);
-}
-
-static void test_a_flipped_bit_of_a_sample_is_forgotten_with_what_it_taught(void)
-{
-    static feedforward_t sound;
-    plant_t              plant = {.positive = 1.0, .negative = 1.0};
-    init(&sound);
-    int k = 0;
-    while (k < STOP || feedforward_seen(&sound).stage != 1u)
-    {
-        (void)tick(&sound, &plant, triangle(k++));
-    }
-    for (unsigned stage = 1; stage <= 9u; stage++) // that comes next
-    {
-        for (uint32_t i = 0; i < 7u * FEEDFORWARD_SCRATCH; i++)
-        {
-            plant_t arm        = plant;
-            x                  = sound;
-            const bool matters = stage >= feedforward_break_sample(&x, i / 7u, 5u * (i % 7u));
-            for (unsigned next = stage; next <= 9u; next++)
-            {
-                TEST_ASSERT_EQUAL_UINT32(0, feedforward_seen(&x).forgotten);
-                (void)tick(&x, &arm, triangle(k + (int)(next - stage)));
-            }
-            if (matters)
-            {
-                TEST_ASSERT_EQUAL_UINT32(1, feedforward_seen(&x).forgotten);
-            }
-        }
-        (void)tick(&sound, &plant, triangle(k++));
-    }
 }
 
 /// V_0 and the learned constant load after a slide of an arm with `part` of the breakaway, and after a reversal of r.
@@ -1200,9 +1206,9 @@ static void test_a_first_reversal_takes_a_lack_for_less_friction_and_more_for_a_
     reverse(0.6, seen);
     TEST_ASSERT_TRUE(seen[0].weight[0] > 0.7 && seen[0].weight[0] < 0.9);
     TEST_ASSERT_TRUE(seen[0].constant < -1e-3);
-    TEST_ASSERT_TRUE(seen[1].weight[0] > 0.5 && seen[1].weight[0] < 0.6);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.6, seen[1].weight[0]);
     TEST_ASSERT_TRUE(fabs(seen[1].constant) < 0.01 * fabs(seen[0].constant));
-    TEST_ASSERT_TRUE(fabs(seen[1].slope) < 0.01 * fabs(seen[0].slope));
+    TEST_ASSERT_TRUE(fabs(seen[1].scale) < 0.01 * fabs(seen[0].scale));
     reverse(1.4, seen);
     TEST_ASSERT_TRUE(seen[0].weight[0] > 1.1 && seen[0].constant > 1e-3);
     TEST_ASSERT_DOUBLE_WITHIN(0.02, seen[0].weight[0], seen[1].weight[0]);
@@ -1221,7 +1227,6 @@ static void take_back(double part, int reversals)
         reference += side * 1e-5;
         (void)feedforward_before(&x, reference, 0.3);
         (void)feedforward_added(&x, v);
-        feedforward_do_not_learn(&x);
         feedforward_after(&x, v, 0.3 + 0.1 * side, false); // the arm sticks
     }
 }
@@ -1233,16 +1238,16 @@ static void test_a_corrupt_low_pass_of_v_comes_back(void)
     {
         init(&x);
         take_back(0.1, 2);
-        x.memory.state.TRIBO_N(v) = TRIBO_EITHER((float)odd[i], odd[i] < 0.0 ? INT32_MIN : INT32_MAX);
+        x.memory.state.v = TRIBO_EITHER((float)odd[i], odd[i] < 0.0 ? INT32_MIN : INT32_MAX);
         take_back(0.1, 2);
-        TEST_ASSERT_TRUE(fabs((double)x.memory.state.TRIBO_N(v)) < TRIBO_EITHER(1.0, 1e8));
+        TEST_ASSERT_TRUE(fabs((double)x.memory.state.v) < TRIBO_EITHER(1.0, 1e8));
         TEST_ASSERT_TRUE(fabs(feedforward_seen(&x).b) < 1.0);
     }
 }
 
 static void test_friction_that_costs_more_than_it_saves_is_fed_back_for_longer_each_time(void)
 {
-    const tribo_feedforward_feedback_t *const feedback = &x.memory.state.monitor.feedback;
+    const tribo_feedforward_learner_t *const feedback = &x.memory.state.learner;
     init(&x);
     take_back(0.1, 20);
     TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).harms);
@@ -1268,7 +1273,7 @@ static void test_friction_that_costs_more_than_it_saves_is_fed_back_for_longer_e
 
 static void test_friction_fed_forward_on_trial_stays_so_and_the_past_is_forgiven(void)
 {
-    const tribo_feedforward_feedback_t *const feedback = &x.memory.state.monitor.feedback;
+    const tribo_feedforward_learner_t *const feedback = &x.memory.state.learner;
     init(&x);
     for (int k = 0; k < 40 && feedback->length <= 4u; k++)
     {
@@ -1290,18 +1295,19 @@ static void test_friction_is_fed_back_over_restarts_until_restored(void)
 {
     init(&x);
     take_back(0.5, 16);
-    const unsigned left = x.memory.state.monitor.feedback.left;
+    const unsigned left = x.memory.state.learner.left;
     TEST_ASSERT_TRUE(left > 2u);
     feedforward_restart(&x);
     take_back(0.1, 2);
     TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.3).harms);
-    TEST_ASSERT_EQUAL_UINT32(left - 2u, x.memory.state.monitor.feedback.left);
+    TEST_ASSERT_EQUAL_UINT32(left - 2u, x.memory.state.learner.left);
     TEST_ASSERT_EQUAL_INT(TRIBO_FEEDFORWARD_HOLD, feedforward_seen(&x).mode);
     TRIBO(feedforward, restore)(&x.memory.state);
     TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).harms);
-    TEST_ASSERT_TRUE(x.memory.state.monitor.feedback.left == 0 && x.memory.state.monitor.feedback.length == 0);
+    TEST_ASSERT_TRUE(x.memory.state.learner.left == 0 && x.memory.state.learner.length == 0);
     take_back(0.1, 20);
     TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).harms);
+    TEST_ASSERT_EQUAL_UINT32(0, x.memory.state.forgotten);
     TEST_ASSERT_EQUAL_INT(TRIBO_FEEDFORWARD_MOVING, feedforward_seen(&x).mode);
 }
 
@@ -1318,12 +1324,11 @@ static void test_a_method_that_is_entered_again_and_again_is_not_said_to_do_harm
         const int phase = k % 200;
         (void)feedforward_before(&x, 0.3 + 1e-4 * (phase < 100 ? phase : 200 - phase), 0.3);
         (void)feedforward_added(&x, 0.3);
-        feedforward_do_not_learn(&x);
         feedforward_after(&x, 0.3, 0.3, false);
     }
     TEST_ASSERT_TRUE(fabs(feedforward_seen(&x).f) > 0.0);
     TEST_ASSERT_FALSE(feedforward_learned(&x, 0, 0.3).harms);
-    TEST_ASSERT_TRUE(x.memory.state.monitor.ratio == 0);
+    TEST_ASSERT_TRUE(x.memory.state.learner.ratio == 0.0f);
 }
 
 static void test_a_bad_first_tick_waits(void)
@@ -1354,11 +1359,67 @@ static void test_new_params_take_the_sum_over(void)
     run_to_stop(&plant);
     const feedforward_seen_t before = feedforward_seen(&x);
     feedforward_enter(&x, before.term, false);
-    x.params.TRIBO_N(reversal) *= 2; // any change
+    x.params.reversal *= 2; // any change
     (void)feedforward_before(&x, triangle(STOP), plant.y);
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, before.term, feedforward_added(&x, 0.1));
     TEST_ASSERT_EQUAL_UINT(TRIBO_FEEDFORWARD_MOVING, feedforward_seen(&x).mode);
     TEST_ASSERT_TRUE(feedforward_seen(&x).sigma == before.sigma);
+}
+
+/// A drive whose params change before its first tick begins at rest all the same.
+static void test_a_method_at_rest_takes_no_sum_over(void)
+{
+    init(&x);
+    init(&other);
+    feedforward_enter(&x, 0.25, false);
+    for (int k = 0; k < 20; k++)
+    {
+        (void)feedforward_before(&x, 0.4, 0.4);
+        (void)feedforward_before(&other, 0.4, 0.4);
+        TEST_ASSERT_TRUE(feedforward_added(&x, 0.1) == feedforward_added(&other, 0.1));
+        feedforward_after(&x, 0.1, 0.1, false);
+        feedforward_after(&other, 0.1, 0.1, false);
+    }
+    TEST_ASSERT_EQUAL_UINT(TRIBO_FEEDFORWARD_START, feedforward_seen(&x).mode);
+}
+
+static void test_counters_stop_at_their_end(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    x.memory.state.late = UINT32_MAX - 1u;
+    for (int k = 0; k < 50; k++)
+    {
+        x.memory.state.exchange.owner = TRIBO_FEEDFORWARD_OWNER_LEARNER;
+        (void)tick_alone(0.4, plant.y);
+    }
+    TEST_ASSERT_TRUE(x.memory.state.late == UINT32_MAX);
+}
+
+/// What the monitor feeds back does not stand, and so u does not rest.
+static void test_u_does_not_rest_where_the_monitor_alone_feeds_friction_back(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    for (int stands = 0; stands < 2; stands++)
+    {
+        config.still_time_s = stands ? 0.05f : 0.0f;
+        init(&x);
+        plant = (plant_t){.positive = 1.0, .negative = 1.0, .noise = 1e-3};
+        run_to_stop(&plant);
+        bool rested = false;
+        for (int k = 0; k < 500; k++)
+        {
+            if (x.memory.state.weights.fed_back == 0u)
+            {
+                x.memory.state.weights.fed_back = 1u;
+                x.memory.state.weights.seal ^= 1u;
+            }
+            (void)tick(&x, &plant, triangle(STOP));
+            TEST_ASSERT_EQUAL_UINT(TRIBO_FEEDFORWARD_HOLD, feedforward_seen(&x).mode);
+            rested = rested || x.memory.state.rests;
+        }
+        TEST_ASSERT_EQUAL(stands, rested);
+    }
 }
 
 /// What another method goes on from.
@@ -1377,7 +1438,7 @@ static void test_a_hand_over_is_told_error_reading_and_term_of_the_last_tick(voi
     TEST_ASSERT_TRUE(last.has_e && last.has_y);
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, seen.e, tribo_force_n(last.TRIBO_N(e), x.full_scale_n));
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, y, tribo_force_n(last.TRIBO_N(y), x.full_scale_n));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7, seen.term - seen.lead, tribo_force_n(last.TRIBO_N(term), x.full_scale_n));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, seen.term, tribo_force_n(last.TRIBO_N(term), x.full_scale_n));
 }
 
 static void test_friction_takes_the_share_of_a_guard(void)
@@ -1409,7 +1470,6 @@ static void test_a_jump_leads_the_actuator(void)
         reference += k < 500 ? 1e-5 : -1e-5;
         (void)feedforward_before(&x, reference, 0.3);
         (void)feedforward_added(&x, 0.0);
-        feedforward_do_not_learn(&x);
         feedforward_after(&x, 0.0, 0.3, false);
         const feedforward_seen_t seen = feedforward_seen(&x);
         sum += seen.lead;
@@ -1423,25 +1483,25 @@ static void test_a_jump_leads_the_actuator(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * fabs(sum), 0.7 / (200.0 * H) * (f[1] - f[0]), sum);
 }
 
-/// A force that keeps slipping from side to side in a hold costs margin.
-static void test_chatter_in_a_hold_adds_margin(void)
+/// A force that keeps slipping from side to side in a hold is less than learned.
+static void test_chatter_in_a_hold_lowers_friction(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0};
     init(&x);
-    for (int k = 0; k < 8000 + 300; k++)
+    for (int k = 0; k < 8000 + 700; k++)
     {
         (void)tick(&x, &plant, triangle(k < 8000 ? k : 8000));
     }
     TEST_ASSERT_TRUE(feedforward_holds(&x));
-    TEST_ASSERT_TRUE(feedforward_seen(&x).margin == 0.0);
+    const double V = feedforward_seen(&x).weight[0];
     for (int k = 0; k < 1000; k++) // u swings by far more than breakaway, each 100 ms
     {
         (void)feedforward_before(&x, triangle(8000), plant.y);
         (void)feedforward_added(&x, 0.0);
         feedforward_after(&x, 0.0, (k / 100) % 2 == 0 ? 1.5 : -1.5, false);
-        TEST_ASSERT_TRUE(k > 300 || feedforward_seen(&x).margin == 0.0);
+        TEST_ASSERT_TRUE(k > 300 || feedforward_seen(&x).weight[0] == V);
     }
-    TEST_ASSERT_DOUBLE_WITHIN(0.12, 1.0 - pow(0.9, 5.0), feedforward_seen(&x).margin);
+    TEST_ASSERT_DOUBLE_WITHIN(0.12 * V, V * pow(0.9, 5.0), feedforward_seen(&x).sliding);
 }
 
 static void test_friction_goes_over_within_the_jump_time_after_a_reversal(void)
@@ -1517,25 +1577,7 @@ static void test_without_a_still_time_r_never_stands_and_with_a_tick_it_does(voi
     }
 }
 
-/// A coarse sensor: y changes by 3 mN each 50 ms. An error of 0.3 mN in the mean is within what it cannot tell.
-static void test_in_a_hold_the_deadband_of_a_coarse_sensor_is_that_of_its_steps(void)
-{
-    init(&x);
-    double sum = 0.0;
-    for (int k = 0; k < 8000; k++)
-    {
-        const double reference = triangle(k < 3000 ? k : 3000);
-        const double y         = reference - 3e-4 + (k / 50 % 2 == 0 ? 1.5e-3 : -1.5e-3);
-        (void)feedforward_before(&x, reference, y);
-        (void)feedforward_added(&x, 0.0);
-        feedforward_after(&x, 0.0, reference, false);
-        sum += k < 6000 ? 0.0 : feedforward_seen(&x).e / 2000.0;
-    }
-    TEST_ASSERT_TRUE(feedforward_holds(&x));
-    TEST_ASSERT_DOUBLE_WITHIN(3e-5, 0.0, sum);
-}
-
-/// A reading that changes in each tick, by 2 mN to and fro: its mean second difference is 4 mN, of which 0.07 are not fed back.
+/// A reading that changes in each tick, by 2 mN to and fro: its mean second difference is 4 mN, of which 0.04 are not fed back.
 static void test_in_a_hold_the_deadband_of_noise_is_a_part_of_its_second_difference(void)
 {
     init(&x);
@@ -1550,7 +1592,7 @@ static void test_in_a_hold_the_deadband_of_noise_is_a_part_of_its_second_differe
         sum += k < 6000 ? 0.0 : feedforward_seen(&x).e / 2000.0;
     }
     TEST_ASSERT_TRUE(feedforward_holds(&x));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1e-3 - 0.07 * 4e-3, sum);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1e-3 - 0.04 * 4e-3, sum);
 }
 
 /// The noise of a hold before a restart is no noise of the next one.
@@ -1573,32 +1615,6 @@ static void test_a_hold_after_a_restart_has_no_deadband_of_the_last(void)
     }
     TEST_ASSERT_TRUE(feedforward_holds(&x));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3e-4, e);
-}
-
-/// The friction that a guard judges, and the next hold and the monitor begin with, is the one of the new weights.
-static void test_friction_of_the_last_tick_is_that_of_the_weights_just_learned(void)
-{
-    plant_t plant   = {.positive = 1.3, .negative = 1.3};
-    int     learned = 0;
-    init(&x);
-    for (int k = 0; k < STOP; k++)
-    {
-        const double   y     = measure(&plant);
-        const double   v     = control(&plant, feedforward_before(&x, triangle(k), y));
-        const double   u     = v + feedforward_added(&x, v);
-        const unsigned stage = feedforward_seen(&x).stage;
-        const double   f     = feedforward_force(&x, x.memory.state.TRIBO_N(f));
-        const double   b     = feedforward_seen(&x).b;
-        feedforward_after(&x, v, u, false);
-        move(&plant, u);
-        const double by = feedforward_seen(&x).b - b;
-        if (stage == 6u)
-        {
-            TEST_ASSERT_DOUBLE_WITHIN(1e-7, by, feedforward_force(&x, x.memory.state.TRIBO_N(f)) - f);
-            learned += fabs(by) > 1e-6;
-        }
-    }
-    TEST_ASSERT_TRUE(learned > 10);
 }
 
 static void test_the_ramp_of_a_jump_ends_in_a_tick_at_the_fastest(void)
@@ -1638,15 +1654,21 @@ int main(void)
     RUN_TEST(test_nothing_is_learned_and_no_friction_moves_while_r_and_y_stand);
     RUN_TEST(test_nothing_is_learned_in_a_hold);
     RUN_TEST(test_learning_does_not_move_u);
+    RUN_TEST(test_a_result_is_taken_10_ticks_after_its_sample);
+    RUN_TEST(test_late_learning_is_counted_and_harmless);
+    RUN_TEST(test_only_a_loop_with_the_feedforward_learns);
+    RUN_TEST(test_a_bad_reading_gives_no_error_and_teaches_nothing);
+    RUN_TEST(test_a_restart_leaves_nothing_behind_but_what_was_learned);
+    RUN_TEST(test_a_flipped_bit_of_what_is_learned_is_forgotten_and_u_goes_on);
+    RUN_TEST(test_a_flipped_bit_of_what_the_tick_uses_lasts_10_ticks);
+    RUN_TEST(test_a_flipped_bit_between_tick_and_learner_is_harmless);
+    RUN_TEST(test_the_offset_comes_back);
     RUN_TEST(test_error_friction_and_offset_are_bounded_for_any_input);
     RUN_TEST(test_feedforward_recovers_from_any_input);
-    RUN_TEST(test_a_bad_reading_gives_no_error_and_teaches_nothing);
     RUN_TEST(test_feedforward_after_a_reset_runs_the_same_bit_for_bit);
     RUN_TEST(test_a_restart_keeps_what_was_learned_and_a_reset_forgets_it);
-    RUN_TEST(test_a_restart_leaves_nothing_behind_but_what_was_learned);
     RUN_TEST(test_a_first_motion_is_not_held_where_the_last_hold_was);
     RUN_TEST(test_a_hold_begins_with_nothing_counted);
-    RUN_TEST(test_the_variance_of_a_direction_has_its_part_of_each_number);
     RUN_TEST(test_entering_adds_what_was_added_before);
     RUN_TEST(test_u_does_not_jump_where_a_hold_begins_or_ends);
     RUN_TEST(test_a_hold_that_ends_without_friction_ends_on_the_side_of_the_reference);
@@ -1656,23 +1678,17 @@ int main(void)
     RUN_TEST(test_a_step_of_the_reference_ends_a_rest_at_once);
     RUN_TEST(test_after_a_pulse_of_the_reference_u_comes_back_before_it_rests);
     RUN_TEST(test_the_first_motion_is_the_controllers_alone);
-    RUN_TEST(test_a_step_back_is_fed_forward_once_something_is_learned);
     RUN_TEST(test_nothing_is_learned_while_u_is_limited);
-    RUN_TEST(test_learning_takes_the_caution_of_holds_back);
     RUN_TEST(test_at_rest_all_is_0_to_the_last_bit);
     RUN_TEST(test_a_reference_that_has_never_moved_is_not_held);
     RUN_TEST(test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals);
     RUN_TEST(test_a_table_serves_as_a_prior_as_a_law_does);
-    RUN_TEST(test_friction_between_reversals_is_what_is_known);
     RUN_TEST(test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction);
     RUN_TEST(test_the_learned_breakaway_of_a_direction_is_never_nothing);
     RUN_TEST(test_learned_breakaway_says_when_it_is_at_a_bound);
     RUN_TEST(test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched);
     RUN_TEST(test_a_corrupt_low_pass_of_v_comes_back);
-    RUN_TEST(test_a_corrupt_weight_is_forgotten_and_counted_and_u_goes_on);
-    RUN_TEST(test_a_flipped_bit_of_any_learned_number_is_forgotten);
     RUN_TEST(test_a_flipped_bit_of_the_offset_is_counted_and_u_goes_on);
-    RUN_TEST(test_a_flipped_bit_of_a_sample_is_forgotten_with_what_it_taught);
     RUN_TEST(test_a_first_reversal_takes_a_lack_for_less_friction_and_more_for_a_load);
     RUN_TEST(test_friction_that_costs_more_than_it_saves_is_fed_back_for_longer_each_time);
     RUN_TEST(test_friction_fed_forward_on_trial_stays_so_and_the_past_is_forgiven);
@@ -1680,18 +1696,19 @@ int main(void)
     RUN_TEST(test_a_method_that_is_entered_again_and_again_is_not_said_to_do_harm);
     RUN_TEST(test_a_bad_first_tick_waits);
     RUN_TEST(test_new_params_take_the_sum_over);
+    RUN_TEST(test_a_method_at_rest_takes_no_sum_over);
+    RUN_TEST(test_counters_stop_at_their_end);
+    RUN_TEST(test_u_does_not_rest_where_the_monitor_alone_feeds_friction_back);
     RUN_TEST(test_a_hand_over_is_told_error_reading_and_term_of_the_last_tick);
     RUN_TEST(test_friction_takes_the_share_of_a_guard);
     RUN_TEST(test_a_jump_leads_the_actuator);
-    RUN_TEST(test_chatter_in_a_hold_adds_margin);
+    RUN_TEST(test_chatter_in_a_hold_lowers_friction);
     RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);
     RUN_TEST(test_the_reachable_reference_stops_where_u_is_limited);
     RUN_TEST(test_noise_of_the_reference_widens_a_reversal);
     RUN_TEST(test_without_a_still_time_r_never_stands_and_with_a_tick_it_does);
-    RUN_TEST(test_in_a_hold_the_deadband_of_a_coarse_sensor_is_that_of_its_steps);
     RUN_TEST(test_in_a_hold_the_deadband_of_noise_is_a_part_of_its_second_difference);
     RUN_TEST(test_a_hold_after_a_restart_has_no_deadband_of_the_last);
-    RUN_TEST(test_friction_of_the_last_tick_is_that_of_the_weights_just_learned);
     RUN_TEST(test_the_ramp_of_a_jump_ends_in_a_tick_at_the_fastest);
     return UNITY_END();
 }

@@ -302,8 +302,8 @@ static void check_change(method_t from, method_t to)
         bump.in_tick,
         bump.in_slide,
         bump.in_stick);
-    // From the feed-forward, what was added a tick before goes on.
-    TEST_ASSERT_TRUE(bump.in_tick <= (from == FEEDFORWARD ? 1e-4 : 2.0 * CHANGE_TOLERANCE_N));
+    // From the feed-forward, what was added a tick before goes on: without r's move of a tick, and breakaway's with it.
+    TEST_ASSERT_TRUE(bump.in_tick <= (from == FEEDFORWARD ? 1.35e-4 : 2.0 * CHANGE_TOLERANCE_N));
     TEST_ASSERT_TRUE(bump.in_slide <= 1.5e-3);
     TEST_ASSERT_TRUE(bump.in_stick <= 8e-3);
 }
@@ -395,7 +395,7 @@ static void test_loop_taken_up_again_knows_what_it_had_learned(void)
 /// Of a jump, which is not handed over.
 static double lead_of(const loop_t *x)
 {
-    return fabs(TRIBO_LEARNED_N(double, x->memory.signals.TRIBO_N(lead), FULL_SCALE_N));
+    return fabs(TRIBO_LEARNED_N(double, x->memory.state.lead, FULL_SCALE_N));
 }
 
 static void test_loop_changes_the_params_of_its_feedforward_without_a_bump(void)

@@ -175,7 +175,7 @@ static void test_neither_y_nor_the_controller_has_a_part_in_u(void)
         TEST_ASSERT_TRUE(from_force(x.signals.controller.TRIBO_N(v)) == 0.0);
         TEST_ASSERT_TRUE(from_force(x.signals.TRIBO_N(e)) == 0.0);
     }
-    TEST_ASSERT_TRUE(other.memory.state.learned.TRIBO_N(travel) == 0); // and nothing is learned
+    TEST_ASSERT_TRUE(other.memory.state.learner.travel_n == 0.0f); // and nothing is learned
 }
 
 static void test_mirrored_references_give_mirrored_bits(void)
@@ -496,7 +496,7 @@ static void test_no_sum_overflows_at_the_ends_of_the_scale_and_in_a_corrupt_stat
     {
         tribo_feedforward_q31_state_t *state = &x.memory.state;
         int32_t *const                 corrupt[] =
-            {&state->sigma, &state->offset, &state->tick.term, &state->rate, &of.low, &of.force, &of.high, &of.lagged};
+            {&state->sigma, &state->b, &state->tick.term, &state->rate, &of.low, &of.force, &of.high, &of.lagged};
         if (k % 5 == 0)
         {
             *corrupt[random_bits(&r) % 8u] = end[random_bits(&r) % 8u];
@@ -512,8 +512,8 @@ static void test_no_sum_overflows_at_the_ends_of_the_scale_and_in_a_corrupt_stat
         (void)functions.term(&x.params, &x.memory, v);
         functions.after(&x.params, &x.memory, v, in, &seen);
         tribo_force_estimate_q31_step(&x.params, &x.own, &of, random_bits(&r) % 2u != 0u ? UINT32_MAX : 0u, in);
-        TEST_ASSERT_TRUE(x.memory.signals.f <= 1 << 29 && x.memory.signals.f >= -(1 << 29));
-        TEST_ASSERT_TRUE(x.memory.signals.b <= 1 << 29 && x.memory.signals.b >= -(1 << 29));
+        TEST_ASSERT_TRUE(x.memory.state.f <= 1 << 29 && x.memory.state.f >= -(1 << 29));
+        TEST_ASSERT_TRUE(x.memory.state.b <= 1 << 29 && x.memory.state.b >= -(1 << 29));
     }
 }
 #endif
@@ -521,10 +521,10 @@ static void test_no_sum_overflows_at_the_ends_of_the_scale_and_in_a_corrupt_stat
 #if !TRIBO_IS_Q31
 static void test_a_state_that_is_no_number_is_forgotten_and_counted_and_u_goes_on(void)
 {
-    float *const numbers[] = {&x.memory.state.reached_n,
-                              &x.memory.state.rate_n_s,
-                              &x.memory.state.behind_n[0],
-                              &x.memory.state.offset_n};
+    float *const numbers[] = {&x.memory.state.reached,
+                              &x.memory.state.rate,
+                              &x.memory.state.behind[0],
+                              &x.memory.state.b};
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)
     {
         double u = 0.0;
@@ -598,9 +598,9 @@ static estimated_t estimated(double u, double tolerance)
                                 TRIBO_EITHER((float)tolerance, (uint32_t)(tolerance * 4294967295.0)),
                                 to_force(u));
     const double unit = TRIBO_EITHER(1.0, FULL_SCALE_N / 536870912.0);
-    return (estimated_t){.F    = (double)estimate.TRIBO_N(force) * unit,
-                         .low  = (double)estimate.TRIBO_N(low) * unit,
-                         .high = (double)estimate.TRIBO_N(high) * unit};
+    return (estimated_t){.F    = (double)estimate.force * unit,
+                         .low  = (double)estimate.low * unit,
+                         .high = (double)estimate.high * unit};
 }
 
 static void test_the_force_is_that_of_an_arm_that_sticks_within_its_breakaway(void)
@@ -698,8 +698,8 @@ static void test_a_restart_leaves_nothing_behind(void)
     {
         (void)tick(1.5 + triangle(k));
     }
-    x.memory.state.TRIBO_N(offset) = TRIBO_EITHER(0.1f, 1 << 25);
-    x.memory.state.limited         = 1;
+    x.memory.state.b       = TRIBO_EITHER(0.1f, 1 << 25);
+    x.memory.state.limited = 1;
     TRIBO(force_loop_feedforward, attach)(&x.state, &x.memory);
     for (int k = 0; k < 3000; k++)
     {
@@ -737,10 +737,7 @@ static void test_an_estimate_takes_nothing_that_is_not_credible_and_heals(void)
     TEST_ASSERT_EQUAL_MEMORY(&before, &estimate, sizeof before);
     for (int i = 0; i < 4; i++)
     {
-        tribo_force_t *const numbers[] = {&estimate.TRIBO_N(lagged),
-                                          &estimate.TRIBO_N(force),
-                                          &estimate.TRIBO_N(low),
-                                          &estimate.TRIBO_N(high)};
+        tribo_force_t *const numbers[] = {&estimate.lagged, &estimate.force, &estimate.low, &estimate.high};
         *numbers[i]                    = TRIBO_EITHER(NAN, INT32_MIN);
         estimated_t at                 = {.F = 0.0};
         for (int k = 0; k < 3000; k++)

@@ -442,7 +442,7 @@ static double strokes(unsigned count, bool tells)
 
 static double learned_n(uint32_t direction)
 {
-    return (double)loop_learned(&params.loop.params, &memory, direction, 0, BOARD_FULL_SCALE_N).L_n;
+    return (double)loop_learned(&params.loop.params, &memory, direction, 0).L_n;
 }
 
 static void start_at(double position)

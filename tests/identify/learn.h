@@ -1,21 +1,21 @@
-// Breakaway learned beside any loop, from its u and y alone: the observer and the learning of the library's feed-forward in a row.
+// Breakaway learned beside any loop, from its u and y alone: an observer in double precision, and the learner of the library.
 
 #ifndef TESTS_IDENTIFY_LEARN_H
 #define TESTS_IDENTIFY_LEARN_H
 
 #include ARITH_HEADER
-#if TRIBO_IS_Q31
-#include "feedforward/learning_q31.h"
-#else
-#include "feedforward/learning_f32.h"
-#endif
+#include "feedforward/learner.h"
+
+#include <math.h>
 
 typedef struct
 {
-    TRIBO(force_loop, params_t) loop; // with the belief
-    TRIBO(feedforward, params_t) params;
-    TRIBO(feedforward, state_t) state;
-    tribo_point_t table[TRIBO_BREAKAWAY_POINTS_MAX];
+    tribo_force_loop_f32_params_t  loop; // with the belief
+    tribo_feedforward_f32_params_t params;
+    tribo_feedforward_f32_memory_t memory;
+    double                         offset, slope;
+    double                         actuator, sensor, force, difference, travelled, friction;
+    long                           ticks;
 } learn_t;
 
 static inline tribo_status_t learn_init(learn_t *learn, tribo_breakaway_f32_t belief)
@@ -24,26 +24,44 @@ static inline tribo_status_t learn_init(learn_t *learn, tribo_breakaway_f32_t be
     tribo_force_loop_f32_config_t        config = tribo_force_loop_f32_paper();
     config.compensator.friction.positive        = belief;
     config.compensator.friction.negative        = belief;
-    TRIBO(feedforward, reset)(&learn->state);
-    TRIBO_PART(observer, start)(&learn->state.observer, 0);
-    return tribo_init_feedforward(&learn->loop, learn->table, &learn->params, &config, &method, (float)FULL_SCALE_N);
+    *learn = (learn_t){.offset = (double)belief.offset_n, .slope = (double)belief.slope};
+    tribo_feedforward_f32_reset(&learn->memory.state);
+    return tribo_force_loop_feedforward_f32_init(&learn->loop, &learn->params, &config, &method);
 }
 
-/// After each tick, with u as applied and the sensor's y.
+/// After each tick, with u as applied and the sensor's y: step 8 of docs/feedforward.md, without noise.
 static inline void learn_step(learn_t *learn, double u, double y)
 {
-    const tribo_force_t full = TRIBO_EITHER(1, 4); // forces inside are Q29
-    TRIBO_PART(observer, step)(&learn->params, &learn->state.observer, to_force(u) / full, to_force(y) / full);
-    TRIBO_PART(learning, step)(&learn->params, &learn->loop.compensator.friction, &learn->state, 0, true);
+    const double fast   = (double)learn->params.fast_part;
+    const double before = learn->force;
+    const double half   = 0.1 * (double)learn->params.reversal;
+    learn->actuator += (double)learn->params.actuator_part * (u - learn->actuator);
+    learn->sensor += (double)learn->params.sensor_part * (learn->actuator - learn->sensor);
+    learn->force += fast * (y - learn->force);
+    learn->difference += fast * (learn->sensor - y - learn->difference);
+    learn->friction  = learn->difference - (double)learn->params.damping_gain * (learn->force - before);
+    learn->travelled = fmin(learn->force + half, fmax(learn->force - half, learn->travelled));
+    learn->ticks++;
+    if (learn->ticks % 10 == 0)
+    {
+        tribo_feedforward_f32_weights_t unused;
+        const learner_sample_t          sample = {.travelled_n = (float)learn->travelled,
+                                                  .force_n     = (float)learn->force,
+                                                  .friction_n  = (float)learn->friction,
+                                                  .L_n    = (float)(learn->offset + learn->slope * fabs(learn->force)),
+                                                  .learns = true,
+                                                  .starts = learn->ticks == 10};
+        tribo_learner_step(&learn->params.learning, &learn->memory.state.learner, &sample, &unused);
+    }
 }
 
 /// L and its relative variance, 0 to 1, at a force.
 static inline double learn_L(const learn_t *learn, uint32_t direction, double force_n, double *relative_variance)
 {
-    const TRIBO(feedforward, learned_t) at =
-        TRIBO(feedforward, learned)(&learn->loop.compensator.friction, &learn->state, direction, to_force(force_n));
-    *relative_variance = TRIBO_LEARNED_RELATIVE_VARIANCE(double, at.relative_variance);
-    return TRIBO_LEARNED_N(double, at.TRIBO_N(L), FULL_SCALE_N);
+    const tribo_feedforward_learned_t at =
+        tribo_feedforward_f32_learned(&learn->loop, &learn->memory.state, direction, (float)force_n);
+    *relative_variance = (double)at.relative_variance;
+    return (double)at.L_n;
 }
 
 #endif

@@ -158,16 +158,16 @@ static float bad_float(int k)
 
 static void hash_f32(const tribo_feedforward_f32_memory_t *memory)
 {
-    const tribo_feedforward_f32_signals_t *s      = &memory->signals;
-    const float                            seen[] = {s->b_n,
-                                                     s->lead_n,
-                                                     s->travel_n,
-                                                     s->friction_n,
-                                                     memory->state.sigma,
-                                                     memory->state.learned.use[1],
-                                                     memory->state.learned.covariance[0],
-                                                     memory->state.learned.constant_n,
-                                                     memory->state.hold.extra_margin};
+    const tribo_feedforward_f32_state_t *s      = &memory->state;
+    const float                          seen[] = {s->b,
+                                                   s->lead,
+                                                   s->learner.travel_n,
+                                                   s->friction,
+                                                   s->sigma,
+                                                   s->weights.use[1],
+                                                   s->learner.P[0],
+                                                   s->learner.a[3],
+                                                   s->learner.ratio};
     for (size_t i = 0; i < sizeof seen / sizeof seen[0]; i++)
     {
         hash_float(seen[i]);
@@ -246,16 +246,16 @@ static bool run_f32(const scenario_t *scenario)
 
 static void hash_q31(const tribo_feedforward_q31_memory_t *memory)
 {
-    const tribo_feedforward_q31_signals_t *s = &memory->signals;
+    const tribo_feedforward_q31_state_t *s = &memory->state;
     hash_word((uint32_t)s->b);
     hash_word((uint32_t)s->lead);
-    hash_word(s->travel);
     hash_word((uint32_t)s->friction);
-    hash_word((uint32_t)memory->state.sigma);
-    hash_word((uint32_t)memory->state.learned.use[1]);
-    hash_word((uint32_t)memory->state.learned.covariance[0]);
-    hash_word((uint32_t)memory->state.learned.constant);
-    hash_word(memory->state.hold.extra_margin);
+    hash_word((uint32_t)s->sigma);
+    hash_word((uint32_t)s->weights.use[1]);
+    hash_float(s->learner.travel_n);
+    hash_float(s->learner.P[0]);
+    hash_float(s->learner.a[3]);
+    hash_float(s->learner.ratio);
     hash_word(memory->state.mode);
 }
 

@@ -117,7 +117,7 @@ def test_status_is_short_whole_or_json_on_either_line(demo):
     assert len(short.splitlines()) < 9 and "state    run" in short and re.search(r"learned +L +0\.\d+ N up", short)
     assert len(demo.link("status").splitlines()) > 40
     found = json.loads(demo.link("status", "--json", device=demo.line))
-    assert found["state_text"] == "run" and found["version"] == 9 and 0.39 < found["r_N"] < 0.61
+    assert found["state_text"] == "run" and found["version"] == 10 and 0.39 < found["r_N"] < 0.61
     assert {line.split(":")[0] for line in demo.link("status").splitlines()} == {name for name in found if not name.endswith("_text")}
 
 

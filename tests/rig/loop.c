@@ -32,5 +32,7 @@ void loop_start(int compensated)
 /// What the drive puts out.
 double loop_step(double r, double y)
 {
-    return (double)(LOOP_COMMAND_PER_N * tribo_force_loop_f32_step(&params, &state, (float)r, (float)y, NULL));
+    const float u = tribo_force_loop_f32_step(&params, &state, (float)r, (float)y, NULL);
+    (void)tribo_feedforward_f32_learn(&params, &memory);
+    return (double)(LOOP_COMMAND_PER_N * u);
 }

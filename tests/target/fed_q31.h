@@ -15,7 +15,7 @@
 
 #include "tribo/feedforward_q31.h"
 
-#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 8
+#if TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION != 9
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -29,41 +29,36 @@
 
 static const tribo_feedforward_q31_params_t fed_feedforward = {
     .method = {tribo_feedforward_q31_method},
-    .input_max = 2147483646u,
+    .input_max = 2147483646,
     .offset_max = 536870912,
-    .reversal = 134218u,
-    .stop_per_unit = {2721004u, 1020376u, 382641u, 143490u},
+    .reversal = 134218,
+    .stop_gain = {24489034u, 9183388u},
     .jump = 40904457,
-    .lead = 229376u,
-    .distrust = 2147483648u,
-    .lag = 209715168u,
-    .lag_shift = 0u,
-    .damping_shift = 3u,
-    .noise_part = 17179870u,
-    .noise_floor = 68719u,
-    .rate_part = 390451584u,
+    .lead_gain = 229376u,
+    .lag_gain = 12800u,
+    .damping_gain = 491520u,
     .step = 536871,
+    .noise_floor = 17180,
+    .noise_part = 14268995u,
+    .slow_part = 14268995u,
+    .fast_part = 390451584u,
     .lag_part = 318145760u,
     .actuator_part = 778545536u,
     .sensor_part = 229844560u,
-    .observer_part = 390451584u,
-    .damping = 4026531584u,
-    .jump_lag = 196608u,
-    .measured_per_unit = 8192000u,
-    .travel_half = 13422u,
-    .slip = 1342177u,
-    .travel_max = 268435u,
-    .weighing = 536871u,
-    .doubt_per_unit = 204800u,
-    .margin_per_unit = 40960u,
-    .forgetting_per_unit = 26843544u,
-    .constant_sd = 8058197u,
-    .constant_max = 42144368,
+    .leak_part = 3433228u,
+    .trust = 2147483648u,
     .still_ticks = 200u,
-    .quick_ticks = 200u,
-    .deadband_part = 14268995u,
-    .effort_part = 1073741952u,
-    .effort_half = 421444u,
+    .quick_ticks = 300u,
+    .learning = {
+        .breakaway_n = 1.57000005e-01f,
+        .reversal_n = 5.00000024e-04f,
+        .per_n = {3.99999976e+03f, 1.86836502e+02f, 7.00636902e+01f},
+        .deviation = {4.00000006e-01f, 5.50000012e-01f, 5.50000012e-01f, 4.71000038e-02f, 1.00000001e-01f},
+        .jump_lag = 3.93749928e+00f,
+        .forgetting_per_n = 9.99999940e-02f,
+        .trust = 5.00000000e-01f,
+        .unit_n = 3.72529030e-09f,
+    },
 };
 static const tribo_force_loop_q31_params_t fed_params = {
     .input_max = 2147483646,

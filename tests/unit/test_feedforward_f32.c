@@ -1,5 +1,6 @@
 // Set-up, and what only the f32 arithmetic has. What both promise: tests/contract/test_feedforward.c.
 
+#include "feedforward/learner.h"
 #include "loop/loop_f32.h"
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
@@ -13,34 +14,25 @@
 
 #define H 1.0e-3f
 
-static tribo_feedforward_f32_config_t config;
-static tribo_compensator_f32_config_t model;
-static tribo_feedforward_f32_params_t params;
-static tribo_friction_f32_params_t    friction;
-static tribo_feedforward_f32_state_t  state;
-static tribo_feedforward_f32_rig_t    rig;
+static tribo_feedforward_f32_config_t   config;
+static tribo_compensator_f32_config_t   model;
+static tribo_feedforward_f32_params_t   params;
+static tribo_friction_f32_params_t      friction;
+static tribo_force_loop_f32_functions_t fed;
 
+/// At a usual force of 0.5 N.
 static tribo_status_t init(float input_max, float h)
 {
     return tribo_feedforward_f32_init(&params, &config, &model.arm, &friction, input_max, 0.5f, h);
 }
-
-static tribo_force_loop_f32_functions_t fed;
 
 void setUp(void)
 {
     tribo_feedforward_f32_method(&fed);
     config = tribo_feedforward_f32_default();
     model  = tribo_force_loop_f32_paper().compensator;
-    rig    = (tribo_feedforward_f32_rig_t){.actuator_pole_rad_per_s = 200.0f,
-                                           .sensor_pole_rad_per_s   = 55.0f,
-                                           .arm                     = &model.arm,
-                                           .friction                = &friction,
-                                           .usual_force_n           = 0.5f,
-                                           .sample_time_s           = H};
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_friction_f32_init(&friction, &model.friction, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
-    tribo_feedforward_f32_reset(&state);
 }
 
 void tearDown(void)
@@ -50,41 +42,58 @@ void tearDown(void)
 /// B is 0.157 N here, tau 12.5 ms: the numbers of docs/feedforward.md.
 static void test_the_papers_rig_has_the_numbers_of_the_design(void)
 {
-    TEST_ASSERT_FLOAT_WITHIN(1e-9f, 0.5e-3f, params.reversal_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 14.2727e-3f, 1.0f / params.stop_per_n[3]);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 5.35227e-3f, 1.0f / params.stop_per_n[2]);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 2.0071e-3f, 1.0f / params.stop_per_n[1]);
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.752663e-3f, 1.0f / params.stop_per_n[0]);
+    const tribo_feedforward_learning_t *const learning = &params.learning;
+    TEST_ASSERT_FLOAT_WITHIN(1e-9f, 0.5e-3f, params.reversal);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 14.2727e-3f, 1.0f / params.stop_gain[1]);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 5.35227e-3f, 1.0f / params.stop_gain[0]);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 2.0f / 26.25f, params.jump);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 3.5f, params.lead);
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.5f, params.distrust);
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 12.5e-3f, params.lag_s);
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 1.0f / 250.0f, params.noise_part);
-    TEST_ASSERT_FLOAT_WITHIN(1e-10f, 1e-6f, params.noise_floor_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 11.0f, params.rate_part);
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 2e-3f, params.step_n);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 3.5f, params.lead_gain);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 12.5f, params.lag_gain);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 7.5f, params.damping_gain);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 2e-3f, params.step);
+    TEST_ASSERT_FLOAT_WITHIN(1e-10f, 1e-6f, params.noise_floor);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 1.0f / 301.0f, params.noise_part);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 1.0f / 301.0f, params.slow_part);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 11.0f, params.fast_part);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 13.5f, params.lag_part);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.18126925f, params.actuator_part);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.05351485f, params.sensor_part);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 11.0f, params.observer_part);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 7.5f, params.damping);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 3.0f, params.jump_lag);
-    TEST_ASSERT_FLOAT_WITHIN(1e-2f, 4000.0f, params.measured_per_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-9f, 0.05e-3f, params.travel_half_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 5e-3f, params.slip_n); // 10 ticks
-    TEST_ASSERT_FLOAT_WITHIN(1e-8f, 1e-3f, params.travel_max_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-8f, 2e-3f, params.weighing_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 50.0f, params.doubt_per_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 10.0f, params.margin_per_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.1f, params.forgetting_per_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.0300191f, params.constant_sd_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.157f, params.constant_max_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 8.0f, params.offset_max_n);
+    TEST_ASSERT_FLOAT_WITHIN(1e-8f, 0.01f / 12.51f, params.leak_part); // 10 ticks of 1,000 tau
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.5f, params.trust);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 8.0f, params.offset_max);
     TEST_ASSERT_EQUAL_UINT32(200, params.still_ticks);
-    TEST_ASSERT_EQUAL_UINT32(200, params.quick_ticks);
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 1.0f / 301.0f, params.deadband_part);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.25f, params.effort_part); // 10 ms of 40
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 1.57e-3f, params.effort_half_n);
+    TEST_ASSERT_EQUAL_UINT32(300, params.quick_ticks);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.157f, learning->breakaway_n);
+    TEST_ASSERT_FLOAT_WITHIN(1e-2f, 4000.0f, learning->per_n[0]);
+    TEST_ASSERT_SAME_FLOAT(params.stop_gain[0], learning->per_n[1]);
+    TEST_ASSERT_SAME_FLOAT(params.stop_gain[1], learning->per_n[2]);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.4f, learning->deviation[0]);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.55f, learning->deviation[1]);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.55f, learning->deviation[2]);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.0471f, learning->deviation[3]);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.1f, learning->deviation[4]);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 3.9375f, learning->jump_lag);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.1f, learning->forgetting_per_n);
+    TEST_ASSERT_SAME_FLOAT(0.5f, learning->trust);
+    TEST_ASSERT_SAME_FLOAT(1.0f, learning->unit_n);
+}
+
+/// A sanity bound is no property of the rig.
+static void test_the_bound_of_inputs_scales_nothing(void)
+{
+    tribo_force_loop_f32_config_t loop_config = tribo_force_loop_f32_paper();
+    tribo_force_loop_f32_params_t loop;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
+    const tribo_feedforward_f32_params_t before = params;
+    loop_config.input_max_n                     = 2000.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.157f, params.learning.breakaway_n); // of a quarter of the largest command
+    params.input_max  = before.input_max;
+    params.offset_max = before.offset_max;
+    TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof params);
+    loop_config.controller.u_min_n = -4.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.307f, params.learning.breakaway_n);
 }
 
 static void test_what_is_given_is_not_derived(void)
@@ -95,19 +104,18 @@ static void test_what_is_given_is_not_derived(void)
     config.forgetting_per_n = 1.0f;
     config.still_time_s     = 0.0f;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
-    TEST_ASSERT_SAME_FLOAT(1e-3f, params.reversal_n);
-    TEST_ASSERT_SAME_FLOAT(1.0f / 30e-3f, params.stop_per_n[3]);
+    TEST_ASSERT_SAME_FLOAT(1e-3f, params.reversal);
+    TEST_ASSERT_SAME_FLOAT(1.0f / 30e-3f, params.stop_gain[1]);
     TEST_ASSERT_SAME_FLOAT(2.0f, params.jump);
-    TEST_ASSERT_SAME_FLOAT(1.0f, params.forgetting_per_n);
+    TEST_ASSERT_SAME_FLOAT(1.0f, params.learning.forgetting_per_n);
     TEST_ASSERT_EQUAL_UINT32(0, params.still_ticks);
 }
 
 static void test_a_slow_tick_lengthens_times(void)
 {
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, 0.02f));
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.01f, params.noise_part);          // 100 ticks
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 3.0f, params.rate_part);     // 2 ticks
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 6.0f, params.observer_part); // 5 ticks
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 101.0f, params.noise_part); // 100 ticks
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 6.0f, params.fast_part);    // 5 ticks
     config.still_time_s = 1e-3f;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, 0.02f));
     TEST_ASSERT_EQUAL_UINT32(1, params.still_ticks);
@@ -131,6 +139,7 @@ static void check(float *field, float value, tribo_status_t status)
 
 static void test_feedforward_init_names_the_field(void)
 {
+    tribo_force_loop_f32_config_t loop = tribo_force_loop_f32_paper();
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
                           tribo_feedforward_f32_init(NULL, &config, &model.arm, &friction, 2.0f, 0.5f, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
@@ -138,6 +147,7 @@ static void test_feedforward_init_names_the_field(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, &config, NULL, &friction, 2.0f, 0.5f, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
                           tribo_feedforward_f32_init(&params, &config, &model.arm, NULL, 2.0f, 0.5f, H));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_feedforward_f32_init(NULL, &params, &loop, &config));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_SAMPLE_TIME, init(2.0f, 0.2f));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_INPUT_MAX, init(0.0f, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_USUAL_FORCE,
@@ -167,8 +177,8 @@ static void test_feedforward_init_names_the_field(void)
 
 static void test_a_bad_entry_counts_as_0(void)
 {
-    state.mode                            = TRIBO_FEEDFORWARD_RESTART;
-    tribo_feedforward_f32_memory_t memory = {.state = state};
+    tribo_feedforward_f32_memory_t memory;
+    tribo_feedforward_f32_reset(&memory.state);
     fed.enter(&memory, NAN, true);
     TEST_ASSERT_SAME_FLOAT(0.0f, memory.state.tick.term_n);
     TEST_ASSERT_EQUAL_UINT8(TRIBO_FEEDFORWARD_ENTER, memory.state.mode);
@@ -176,24 +186,25 @@ static void test_a_bad_entry_counts_as_0(void)
 
 static void test_what_was_learned_at_a_bad_force_is_that_at_0(void)
 {
-    static const float bad[] = {NAN, INFINITY, -INFINITY, 1.1e6f, -1.1e6f};
+    static const float             bad[]       = {NAN, INFINITY, -INFINITY, 1.1e9f, -1.1e9f};
+    tribo_force_loop_f32_config_t  loop_config = tribo_force_loop_f32_paper();
+    tribo_force_loop_f32_params_t  loop;
+    tribo_feedforward_f32_memory_t memory;
+    tribo_feedforward_f32_reset(&memory.state);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
     for (uint32_t d = 0; d < 2u; d++)
     {
         for (int i = 0; i < 5; i++)
         {
-            const tribo_feedforward_f32_learned_t at = tribo_feedforward_f32_learned(&friction, &state, d, bad[i]);
+            const tribo_feedforward_learned_t at = tribo_feedforward_f32_learned(&loop, &memory.state, d, bad[i]);
             TEST_ASSERT_FLOAT_WITHIN(1e-9f, 0.007f, at.L_n);
             TEST_ASSERT_FALSE(at.at_bound);
         }
-        // The largest good force counts.
-        TEST_ASSERT_FLOAT_WITHIN(1.0f, 3.0e5f, tribo_feedforward_f32_learned(&friction, &state, d, -1e6f).L_n);
     }
 }
 
-#define TURNED (offsetof(tribo_feedforward_f32_state_t, turned_n) / sizeof(float))
-
-/// A state that is no longer a number is forgotten, counted, and u goes on.
-static void test_a_state_that_is_no_number_is_forgotten_or_heals(void)
+/// A state that is no longer a number starts anew or heals, and u goes on.
+static void test_a_state_that_is_no_number_starts_anew_or_heals(void)
 {
     tribo_force_loop_f32_config_t         loop_config = tribo_force_loop_f32_paper();
     static tribo_force_loop_f32_params_t  loop;
@@ -213,112 +224,104 @@ static void test_a_state_that_is_no_number_is_forgotten_or_heals(void)
             {
                 const float nothing = NAN;
                 memcpy((char *)&memory.state + at * sizeof(float), &nothing, sizeof nothing);
-                memory.state.tick.term_n = at == TURNED ? NAN : memory.state.tick.term_n; // with a sum that is none
-                memory.state.offset_n    = at == TURNED ? NAN : memory.state.offset_n;
             }
             const float u = tribo_force_loop_f32_step(&loop, &running, r, y, NULL);
+            (void)tribo_feedforward_f32_learn(&loop, &memory);
             TEST_ASSERT_TRUE(fabsf(u) <= 2.0f);
             y += 0.05f * (r - y);
         }
         const tribo_feedforward_f32_state_t *const s = &memory.state;
-        TEST_ASSERT_TRUE(isfinite(s->tick.e_n) && isfinite(s->f_n) && isfinite(s->tick.term_n) &&
-                         isfinite(s->offset_n));
-        TEST_ASSERT_TRUE(isfinite(s->learned.weight[0]) && isfinite(s->learned.use[0]) && isfinite(s->learned.doubt));
-        TEST_ASSERT_TRUE(isfinite(s->observer.force_n) && isfinite(s->observer.difference_n));
-        TEST_ASSERT_TRUE(isfinite(s->noise_n) && isfinite(s->observer.noise_n) && isfinite(s->learned.covariance[0]));
+        TEST_ASSERT_TRUE(isfinite(s->tick.e_n) && isfinite(s->f) && isfinite(s->tick.term_n) && isfinite(s->b));
+        TEST_ASSERT_TRUE(isfinite(s->weights.sliding) && isfinite(s->weights.use[0]) && isfinite(s->learner.doubt));
+        TEST_ASSERT_TRUE(isfinite(s->force) && isfinite(s->difference) && isfinite(s->v) && isfinite(s->error));
+        TEST_ASSERT_TRUE(isfinite(s->r_noise) && isfinite(s->y_noise) && isfinite(s->learner.P[0]) &&
+                         isfinite(s->learner.a[0]));
+        TEST_ASSERT_TRUE(isfinite(s->learner.ratio) && isfinite(s->learner.effort_n) && isfinite(s->learner.played_n));
         TEST_ASSERT_TRUE(s->mode >= TRIBO_FEEDFORWARD_START && s->mode <= TRIBO_FEEDFORWARD_HOLD);
     }
 }
 
-/// A first tick that finds its memory corrupt adds nothing of the run before.
-static void test_what_is_forgotten_as_it_starts_adds_nothing(void)
+/// A sample that is no number teaches nothing.
+static void test_a_sample_that_is_no_number_teaches_nothing(void)
 {
-    tribo_force_loop_f32_config_t         loop_config = tribo_force_loop_f32_paper();
-    static tribo_force_loop_f32_params_t  loop;
-    static tribo_feedforward_f32_memory_t memory;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
-    tribo_feedforward_f32_reset(&memory.state);
-    memory.state.tick.term_n        = 0.5f;
-    memory.state.learned.constant_n = NAN;
-    (void)fed.error(&loop, &memory, 0.3f, 0.3f, 1.0f);
-    TEST_ASSERT_EQUAL_UINT32(1, memory.state.forgotten);
-    TEST_ASSERT_SAME_FLOAT(0.0f, fed.term(&loop, &memory, 0.0f));
+    tribo_feedforward_learner_t     learner = {.stop = {0.0f}};
+    tribo_feedforward_f32_weights_t result;
+    learner_sample_t                sample = {.L_n = 0.1f, .learns = true, .starts = true};
+    tribo_learner_forget(&learner);
+    tribo_learner_step(&params.learning, &learner, &sample, &result);
+    sample.starts      = false;
+    sample.travelled_n = 0.1f;
+    sample.friction_n  = NAN;
+    tribo_learner_step(&params.learning, &learner, &sample, &result);
+    TEST_ASSERT_SAME_FLOAT(0.0f, learner.travel_n);
+    sample.friction_n = 0.15f;
+    tribo_learner_step(&params.learning, &learner, &sample, &result);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1e-3f, learner.travel_n); // 2 w
+    TEST_ASSERT_TRUE(isfinite(result.sliding) && result.sliding != 1.0f);
 }
 
-/// A difference that is no number: the observer starts again at the reading of this tick.
-static void test_an_observer_that_is_lost_starts_again_at_y(void)
+static void test_forgetting_leaves_the_prior(void)
 {
-    tribo_force_loop_f32_config_t         loop_config = tribo_force_loop_f32_paper();
-    static tribo_force_loop_f32_params_t  loop;
-    static tribo_force_loop_f32_state_t   running;
-    static tribo_feedforward_f32_memory_t memory;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
-    tribo_force_loop_f32_reset(&running);
-    tribo_feedforward_f32_reset(&memory.state);
-    tribo_force_loop_feedforward_f32_attach(&running, &memory);
-    float y = 0.3f;
-    for (int k = 0; k < 500 || memory.state.learning.stage != 0u; k++)
+    tribo_feedforward_learner_t learner;
+    memset(&learner, 0x3f, sizeof learner);
+    tribo_learner_forget(&learner);
+    for (uint32_t i = 0, k = 0; i < TRIBO_FEEDFORWARD_LEARNED; i++)
     {
-        y += 1e-4f;
-        (void)tribo_force_loop_f32_step(&loop, &running, y, y, NULL);
+        TEST_ASSERT_SAME_FLOAT(0.0f, learner.a[i]);
+        for (uint32_t j = 0; j <= i; j++, k++)
+        {
+            TEST_ASSERT_SAME_FLOAT(i == j ? 1.0f : 0.0f, learner.P[k]);
+        }
     }
-    memory.state.observer.difference_n = NAN;
-    (void)tribo_force_loop_f32_step(&loop, &running, y, y + 1e-4f, NULL);
-    TEST_ASSERT_EQUAL_FLOAT(y + 1e-4f, memory.state.observer.force_n);
-    TEST_ASSERT_EQUAL_FLOAT(y + 1e-4f, memory.state.learning.travelled_n);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, memory.state.learning.friction_n);
+    TEST_ASSERT_SAME_FLOAT(1.0f, learner.doubt);
+    TEST_ASSERT_SAME_FLOAT(0.0f, learner.travel_n);
 }
 
-static void test_a_tuned_config_has_the_derived_numbers(void)
+/// Half of what two slides without a sensor say, and half of the variance.
+static void test_slides_are_taken_by_their_gain(void)
 {
-    const tribo_feedforward_f32_config_t tuned = tribo_feedforward_f32_tuned(&rig);
-    TEST_ASSERT_FLOAT_WITHIN(1e-9f, 0.5e-3f, tuned.reversal_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 14.2727e-3f, tuned.presliding_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.02625f, tuned.jump_time_s);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.1f, tuned.forgetting_per_n);
-    const tribo_feedforward_f32_params_t before = params;
-    config                                      = tuned;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
-    TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof params);
-    rig.actuator_pole_rad_per_s = 120.0f;
-    rig.sensor_pole_rad_per_s   = 30.0f;
-    TEST_ASSERT_EQUAL_FLOAT(120.0f, tribo_feedforward_f32_tuned(&rig).actuator_pole_rad_per_s);
-    TEST_ASSERT_EQUAL_FLOAT(30.0f, tribo_feedforward_f32_tuned(&rig).sensor_pole_rad_per_s);
+    const tribo_feedforward_learning_t *const p       = &params.learning;
+    tribo_feedforward_learner_t               learner = {.stop = {0.0f}};
+    tribo_learner_forget(&learner);
+    tribo_learner_take(p, &learner, 1.2f, 0.01f, 0.5f, 0.0f, 0.3f);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.1f, tribo_learner_sliding(p, &learner));
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.005f, tribo_learner_load(p, &learner, 0.4f));
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.3f, learner.travel_n);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.5f, learner.P[0]);
+    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.5f, learner.P[9]);
 }
 
-static void test_a_tuned_guard_follows_breakaway_lag_and_noise(void)
+/// Of two reversals with nothing learned between them the second finds nothing lacking.
+static void test_a_lack_is_taken_once(void)
 {
-    const tribo_guard_f32_config_t usual = tribo_guard_f32_default();
-    tribo_guard_f32_config_t       tuned = tribo_guard_f32_tuned(&rig);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f * usual.turn_n, usual.turn_n, tuned.turn_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f * usual.stray_n, usual.stray_n, tuned.stray_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f * usual.quick_time_s, usual.quick_time_s, tuned.quick_time_s);
-    rig.noise_n = 5.0e-3f;
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 40.0e-3f, tribo_guard_f32_tuned(&rig).stray_n);
-    rig.sample_time_s = 0.02f;
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.4f, tribo_guard_f32_tuned(&rig).quick_time_s);
-    rig.sample_time_s = 1.0e-6f;
-    TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.1f, tribo_guard_f32_tuned(&rig).quick_time_s);
-    rig.usual_force_n = 1.0f; // breakaway there: 0.307 N
-    rig.noise_n       = 0.0f;
-    tuned             = tribo_guard_f32_tuned(&rig);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.307f / 3.14f, tuned.turn_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.307f / 15.7f, tuned.stray_n);
+    const tribo_feedforward_learning_t *const p       = &params.learning;
+    tribo_feedforward_learner_t               learner = {.stop = {0.0f}};
+    tribo_feedforward_f32_weights_t           result;
+    for (uint8_t turns = 1; turns <= 2u; turns++)
+    {
+        const learner_sample_t sample = {.L_n = 0.1f, .turns = turns};
+        tribo_learner_forget(&learner);
+        learner.stop[0] = -1.0f;
+        learner.surplus = 0.1f;
+        tribo_learner_step(p, &learner, &sample, &result);
+        TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f - 1.15f * 0.1f, result.sliding);
+    }
 }
 
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_the_papers_rig_has_the_numbers_of_the_design);
+    RUN_TEST(test_the_bound_of_inputs_scales_nothing);
     RUN_TEST(test_what_is_given_is_not_derived);
     RUN_TEST(test_a_slow_tick_lengthens_times);
     RUN_TEST(test_feedforward_init_names_the_field);
     RUN_TEST(test_a_bad_entry_counts_as_0);
     RUN_TEST(test_what_was_learned_at_a_bad_force_is_that_at_0);
-    RUN_TEST(test_a_state_that_is_no_number_is_forgotten_or_heals);
-    RUN_TEST(test_what_is_forgotten_as_it_starts_adds_nothing);
-    RUN_TEST(test_an_observer_that_is_lost_starts_again_at_y);
-    RUN_TEST(test_a_tuned_config_has_the_derived_numbers);
-    RUN_TEST(test_a_tuned_guard_follows_breakaway_lag_and_noise);
+    RUN_TEST(test_a_state_that_is_no_number_starts_anew_or_heals);
+    RUN_TEST(test_a_sample_that_is_no_number_teaches_nothing);
+    RUN_TEST(test_forgetting_leaves_the_prior);
+    RUN_TEST(test_slides_are_taken_by_their_gain);
+    RUN_TEST(test_a_lack_is_taken_once);
     return UNITY_END();
 }

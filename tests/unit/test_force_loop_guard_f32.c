@@ -58,8 +58,8 @@ static float tick_corrupt(float r, float y)
     {
         tick(0.4 + 1e-4 * k, 0.4);
     }
-    memory.state.rate_n_s = 1e30f;
-    const float term      = signals.friction_term_n;
+    memory.state.rate = 1e30f;
+    const float term  = signals.friction_term_n;
     (void)tribo_force_loop_f32_step(&params, &loop, r, y, &signals);
     TEST_ASSERT_EQUAL_UINT8(TRIBO_FEEDFORWARD_ENTER, memory.state.mode);
     return term;

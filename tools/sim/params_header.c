@@ -86,13 +86,14 @@ static const field_t compensator_f32[] = {S(friction, friction_f32), S(arm, arm_
 #define T tribo_force_loop_f32_params_t
 static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, controller_f32), S(compensator, compensator_f32), F(method), F(guard), END};
 #undef T
+#define T tribo_feedforward_learning_t
+static const field_t learning[] = {F(breakaway_n), F(reversal_n), ARRAY(per_n), ARRAY(deviation), F(jump_lag), F(forgetting_per_n), F(trust), F(unit_n), END};
+#undef T
 #define T tribo_feedforward_f32_params_t
 static const field_t feedforward_f32[] = {
-    F(method), F(input_max_n), F(offset_max_n), F(reversal_n), ARRAY(stop_per_n), F(jump), F(lead), F(distrust), F(lag_s),
-    F(noise_part), F(noise_floor_n), F(rate_hz), F(rate_part), F(step_n), F(lag_part), F(actuator_part), F(sensor_part),
-    F(observer_part), F(damping), F(jump_lag), F(measured_per_n), F(travel_half_n), F(slip_n), F(travel_max_n), F(weighing_n),
-    F(doubt_per_n), F(margin_per_n), F(forgetting_per_n), F(constant_sd_n), F(constant_max_n), F(still_ticks), F(quick_ticks),
-    F(deadband_part), F(effort_part), F(effort_half_n), END};
+    F(method), F(input_max), F(offset_max), F(reversal), ARRAY(stop_gain), F(jump), F(lead_gain), F(lag_gain), F(damping_gain),
+    F(step), F(noise_floor), F(noise_part), F(slow_part), F(fast_part), F(lag_part), F(actuator_part), F(sensor_part),
+    F(leak_part), F(trust), F(still_ticks), F(quick_ticks), S(learning, learning), END};
 #undef T
 
 #define T tribo_biquad_q31_section_t
@@ -125,11 +126,9 @@ static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controll
 #undef T
 #define T tribo_feedforward_q31_params_t
 static const field_t feedforward_q31[] = {
-    F(method), F(input_max), F(offset_max), F(reversal), ARRAY(stop_per_unit), F(jump), F(lead), F(distrust), F(lag),
-    F(lag_shift), F(damping_shift), F(noise_part), F(noise_floor), F(rate_part), F(step), F(lag_part), F(actuator_part),
-    F(sensor_part), F(observer_part), F(damping), F(jump_lag), F(measured_per_unit), F(travel_half), F(slip), F(travel_max),
-    F(weighing), F(doubt_per_unit), F(margin_per_unit), F(forgetting_per_unit), F(constant_sd), F(constant_max),
-    F(still_ticks), F(quick_ticks), F(deadband_part), F(effort_part), F(effort_half), END};
+    F(method), F(input_max), F(offset_max), F(reversal), ARRAY(stop_gain), F(jump), F(lead_gain), F(lag_gain), F(damping_gain),
+    F(step), F(noise_floor), F(noise_part), F(slow_part), F(fast_part), F(lag_part), F(actuator_part), F(sensor_part),
+    F(leak_part), F(trust), F(still_ticks), F(quick_ticks), S(learning, learning), END};
 #undef T
 #define T tribo_guard_f32_params_t
 static const field_t guard_f32[] = {F(step), F(on), F(half_n), F(stray_n), F(work), F(fade_step), F(quick_ticks), END};

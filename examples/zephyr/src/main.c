@@ -45,6 +45,7 @@ static void force_thread(void *a, void *b, void *c)
         // [add
         command_ampere(AMPERE_PER_N *
                        tribo_force_loop_f32_step(&rig_params, &loop, reference_n(), read_force_n(), NULL));
+        tribo_feedforward_f32_learn(&rig_params, &memory);
         // add]
         bad = loop.bad_inputs != before ? bad + 1u : 0u;
     }

@@ -14,7 +14,7 @@
 
 #include "tribo/feedforward_f32.h"
 
-#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 8
+#if TRIBO_FORCE_LOOP_F32_PARAMS_VERSION != 9
 #error "made for another version of tribo: run tribo-sim params again"
 #endif
 
@@ -27,40 +27,36 @@
 
 static const tribo_feedforward_f32_params_t rig_feedforward = {
     .method = {tribo_feedforward_f32_method},
-    .input_max_n = 2.00000000e+00f,
-    .offset_max_n = 8.00000000e+00f,
-    .reversal_n = 5.00000024e-04f,
-    .stop_per_n = {1.32861523e+03f, 4.98230682e+02f, 1.86836502e+02f, 7.00636902e+01f},
+    .input_max = 2.00000000e+00f,
+    .offset_max = 8.00000000e+00f,
+    .reversal = 5.00000024e-04f,
+    .stop_gain = {1.86836502e+02f, 7.00636902e+01f},
     .jump = 7.61904866e-02f,
-    .lead = 3.50000000e+00f,
-    .distrust = 5.00000000e-01f,
-    .lag_s = 1.24999993e-02f,
-    .noise_part = 4.00000019e-03f,
-    .noise_floor_n = 1.00000011e-06f,
-    .rate_hz = 9.99999939e+02f,
-    .rate_part = 9.09090936e-02f,
-    .step_n = 2.00000009e-03f,
+    .lead_gain = 3.50000000e+00f,
+    .lag_gain = 1.24999990e+01f,
+    .damping_gain = 7.49999952e+00f,
+    .step = 2.00000009e-03f,
+    .noise_floor = 1.00000011e-06f,
+    .noise_part = 3.32225929e-03f,
+    .slow_part = 3.32225929e-03f,
+    .fast_part = 9.09090936e-02f,
     .lag_part = 7.40740821e-02f,
     .actuator_part = 1.81269258e-01f,
     .sensor_part = 5.35148568e-02f,
-    .observer_part = 9.09090936e-02f,
-    .damping = 7.49999952e+00f,
-    .jump_lag = 2.99999976e+00f,
-    .measured_per_n = 3.99999976e+03f,
-    .travel_half_n = 5.00000024e-05f,
-    .slip_n = 5.00000035e-03f,
-    .travel_max_n = 1.00000005e-03f,
-    .weighing_n = 2.00000009e-03f,
-    .doubt_per_n = 4.99999962e+01f,
-    .margin_per_n = 1.00000010e+01f,
-    .forgetting_per_n = 9.99999940e-02f,
-    .constant_sd_n = 3.00191212e-02f,
-    .constant_max_n = 1.57000005e-01f,
+    .leak_part = 7.99360627e-04f,
+    .trust = 5.00000000e-01f,
     .still_ticks = 200u,
-    .quick_ticks = 200u,
-    .deadband_part = 3.32225929e-03f,
-    .effort_part = 2.50000030e-01f,
-    .effort_half_n = 1.56999996e-03f,
+    .quick_ticks = 300u,
+    .learning = {
+        .breakaway_n = 1.57000005e-01f,
+        .reversal_n = 5.00000024e-04f,
+        .per_n = {3.99999976e+03f, 1.86836502e+02f, 7.00636902e+01f},
+        .deviation = {4.00000006e-01f, 5.50000012e-01f, 5.50000012e-01f, 4.71000038e-02f, 1.00000001e-01f},
+        .jump_lag = 3.93749928e+00f,
+        .forgetting_per_n = 9.99999940e-02f,
+        .trust = 5.00000000e-01f,
+        .unit_n = 1.00000000e+00f,
+    },
 };
 static const tribo_guard_f32_params_t rig_guard = {
     .step = tribo_guard_f32_step,

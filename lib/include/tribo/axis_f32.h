@@ -98,21 +98,24 @@ typedef struct
     float travel_n;            ///< learned from
     float
         times_less; ///< work of the controller at a reversal: so many times less than without compensation; 0: not known yet
-    float    share;                                ///< of friction that the guard lets through, 0 to 1
-    uint32_t bad_inputs, limited_ticks, forgotten; ///< since the init; they stop at UINT32_MAX
-    uint32_t warnings;                             ///< bits, for tribo_axis_warning
+    float    share;                                      ///< of friction that the guard lets through, 0 to 1
+    uint32_t bad_inputs, limited_ticks, forgotten, late; ///< since the init; they stop at UINT32_MAX
+    uint32_t warnings;                                   ///< bits, for tribo_axis_warning
 } tribo_axis_report_t;
+
+/// a, P, doubt, travel and seal of tribo_feedforward_learner_t.
+#define TRIBO_AXIS_LEARNED_WORDS 23
 
 /// What is learned, to be kept over a loss of power. Any storage will do; bytes as they are.
 typedef struct
 {
     uint32_t version; ///< TRIBO_AXIS_F32_BLOB_VERSION
     uint32_t rig;     ///< the config's breakaway, usual force and presliding
-    uint32_t learned[(sizeof(tribo_feedforward_weights_f32_t) + 3u) / 4u];
+    uint32_t learned[TRIBO_AXIS_LEARNED_WORDS];
     uint32_t checksum; ///< CRC-32 of all before
 } tribo_axis_f32_blob_t;
 
-#define TRIBO_AXIS_F32_BLOB_VERSION UINT32_C(0x54413131) ///< changes with the meaning of any bit
+#define TRIBO_AXIS_F32_BLOB_VERSION UINT32_C(0x54413132) ///< changes with the meaning of any bit
 
 /// The beginning: all that depends on the rig is 0 and refused, field by field. The feed-forward's other numbers are the defaults.
 tribo_axis_f32_config_t tribo_axis_f32_config(void);
@@ -122,7 +125,7 @@ tribo_axis_f32_config_t tribo_axis_f32_config(void);
 /// or tribo_guard_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_axis_f32_init(tribo_axis_f32_t *axis, const tribo_axis_f32_config_t *config);
 
-/// One tick: u in N, within its limits, for any r and y; 0 before the init.
+/// One tick: u in N, within its limits, for any r and y; 0 before the init. Every 10 ticks it learns, too.
 float tribo_axis_f32_step(tribo_axis_f32_t *axis, float r_n, float y_n);
 
 /// The tick in two halves, for tribo_own: the error for your controller, then u for its output. See tribo_force_loop_f32_error.

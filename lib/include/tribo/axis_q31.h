@@ -35,16 +35,20 @@ typedef struct
 typedef struct
 {
     uint32_t version, rig;
-    uint32_t learned[(sizeof(tribo_feedforward_weights_q31_t) + 3u) / 4u];
+    uint32_t learned[TRIBO_AXIS_LEARNED_WORDS];
     uint32_t checksum;
 } tribo_axis_q31_blob_t;
 
-#define TRIBO_AXIS_Q31_BLOB_VERSION UINT32_C(0x54413231)
+#define TRIBO_AXIS_Q31_BLOB_VERSION UINT32_C(0x54413232)
 
 /// See the twin, whose statuses these are, or TRIBO_ERR_FULL_SCALE. Forces, limits and breakaway fit into the full scale; better twice.
 tribo_status_t tribo_axis_q31_init(tribo_axis_q31_t *axis, const tribo_axis_f32_config_t *config, float full_scale_n);
 
-/// One tick. 0 before the init.
+/// In the background, once in 10 ticks or more often: learns from the sample of the tick, in float32. True where there was one. Later costs time
+/// to learn, and is counted in `late` of the report.
+bool tribo_axis_q31_learn(tribo_axis_q31_t *axis);
+
+/// One tick, which does not learn. 0 before the init.
 int32_t tribo_axis_q31_step(tribo_axis_q31_t *axis, int32_t r, int32_t y);
 
 /// See the twin.

@@ -1,23 +1,20 @@
-/// Friction compensation by feed-forward: a bank of stops driven by the reference, with learned weights, single precision.
+/// Friction compensation by feed-forward, single precision: friction opposes the motion that the reference r asks for.
 ///
-/// Friction opposes the motion commanded by the reference r, so it is fed forward with r instead of being estimated from u:
+///     u = limit(v + lin + f + lead - b)          v = K(z) e          e = y expected - y
 ///
-///     r --> reachable r --> stops, and a ramp sigma at each reversal --> f = G (W0 sigma + W1 phi1 + ... + W4 phi4)
-///               '--> rate ------------------------------------> lin, the force without friction
-///     y expected, from lin by two low passes                            e = y expected - y
+/// lin is the force without friction. f is a sum of stops that r drives; a learner finds their weights, and a load, from y. The
+/// offset b takes what the controller wound up during stiction at a reversal, and what f and lin change by as they are learned:
+/// learning never moves u. While r stands, or where friction fed forward does harm, friction is fed back instead.
+/// docs/feedforward.md has the equations and the reason of each constant.
 ///
-///     u = limit(v + lin + f + lead - b)          v = K(z) e, the controller
+/// Learning is no part of the tick. Every 10 ticks the tick posts a sample, and takes the result of the last one:
 ///
-/// A stop is the force of an elastic element that slides at its width: together they are friction that builds up over distance.
-/// The same stops, driven by y, teach the weights. f depends only on r and on slowly learned numbers: no fast path through u
-/// can chatter. The offset b absorbs the controller's integral wound up during stiction (at a reversal) and changes of f by
-/// learning, so that learning never moves u. Once r stands, friction is fed back instead: u does not jump where this begins or
-/// ends. docs/feedforward.md has every step and constant.
+///     u = tribo_force_loop_f32_step(&params, &loop, r, y, NULL);
+///     tribo_feedforward_f32_learn(&params, &memory); // at once, or in the background of the same core
 ///
-/// The friction params give the prior L(F), by law or table. Forces times 2 (with all parameters in N) or mirrored, without
-/// gravity, give the same bits (tests/contract).
-/// A tick has at most seven divisions, one or two more with a table; learning is spread over ten ticks. No heap, no libm.
-/// Not synchronized: one state, one tick.
+/// A result that is not ready after 10 ticks is taken after 20, 30, ..., and counted as late. That costs time to learn, nothing else.
+///
+/// A tick has at most three divisions, a look-up in a table two more. No heap, no libm. One state, one tick, one learner.
 
 #ifndef TRIBO_FEEDFORWARD_F32_H
 #define TRIBO_FEEDFORWARD_F32_H
@@ -33,7 +30,9 @@
 extern "C" {
 #endif
 
-#define TRIBO_FEEDFORWARD_STOPS 4u ///< beside sigma
+#define TRIBO_FEEDFORWARD_STOPS   2u ///< beside sigma
+#define TRIBO_FEEDFORWARD_WEIGHTS 3u ///< V_0 of sliding, V_1 and V_2 of the stops
+#define TRIBO_FEEDFORWARD_LEARNED 5u ///< and the load, c_0 and c_2 F
 
 /// Directions, as in the laws of friction_f32.h.
 #define TRIBO_BREAKAWAY_POSITIVE 0u
@@ -41,16 +40,10 @@ extern "C" {
 
 #define TRIBO_FEEDFORWARD_BOUND_TURNS 4u ///< consecutive reversals at a bound of V_0 until it stays
 
-/// Whether it stays, by `turns`, the state's at_bound.
-static inline bool tribo_feedforward_stays_at_bound(uint8_t turns)
-{
-    return turns >= TRIBO_FEEDFORWARD_BOUND_TURNS;
-}
-
 typedef enum
 {
     TRIBO_FEEDFORWARD_RESTART = 0, ///< the next good tick is the first, beside a controller at rest
-    TRIBO_FEEDFORWARD_ENTER,       ///< likewise, beside a running controller: u goes on
+    TRIBO_FEEDFORWARD_ENTER,       ///< the next good tick is the first, beside a running controller: u goes on
     TRIBO_FEEDFORWARD_START,       ///< r has not moved yet: no direction, nothing learned
     TRIBO_FEEDFORWARD_MOVING,      ///< f follows r
     TRIBO_FEEDFORWARD_HOLD         ///< r stands: friction is fed back
@@ -65,194 +58,163 @@ typedef enum
     TRIBO_FEEDFORWARD_TAKE_OVER ///< the term of the last tick goes on
 } tribo_feedforward_offset_t;
 
-/// 0 where "derived" is said: computed by the init from breakaway, poles and arm.
+/// 0 where "derived" is said: computed by the init from breakaway, poles and arm. B is the breakaway at a quarter of the command's limit.
 typedef struct
 {
     float actuator_pole_rad_per_s; ///< p_a, 1e-3 to 1e6; times sample time 1e-9 to 50
-    float sensor_pole_rad_per_s;   ///< p_s, likewise
-    float reversal_n;              ///< w, width of a reversal of r; the error at one is at least about w; 0: derived
-    float presliding_n;            ///< d_4, travel of F over which friction builds up; 0: derived
-    float jump_time_s;             ///< T_j, of a reversal of f; shorter than a tick: at once; 0: derived
-    float jump_lead;               ///< alpha, 0 to 1; part of the actuator's lag that a jump of f leads by
-    float trust;                   ///< gamma, 0 to 1; part of the prior that is used before anything is learned
-    float forgetting_per_n;        ///< Q; part of the prior variance that returns per newton; 0: derived
-    float still_time_s;            ///< T_q, 0 to 1e3; r stands after this time without motion; 0: never
+    float sensor_pole_rad_per_s;   ///< p_s, as p_a
+    float reversal_n;       ///< w, width of a reversal of r; the error at one is at least about w; 0: derived, B/314
+    float presliding_n;     ///< d, travel of F over which friction builds up; 0: derived, B/11
+    float jump_time_s;      ///< T_j, of a reversal of f; shorter than a tick: at once; 0: derived, 2.1 tau
+    float jump_lead;        ///< alpha, 0 to 1; part of the actuator's lag that a jump of f leads by
+    float trust;            ///< gamma, 0 to 1; part of the prior that is used before anything is learned
+    float forgetting_per_n; ///< Q; part of the prior variance that returns per newton; 0: derived, 0.0157/B
+    float still_time_s;     ///< T_q, 0 to 1e3; r stands after this time without motion; 0: never
 } tribo_feedforward_f32_config_t;
 
-/// Constants of a tick, made by tribo_feedforward_f32_init. Const from then on; may be shared.
+/// Constants of the learner, in N, for both arithmetics.
+typedef struct
+{
+    float breakaway_n;                          ///< B
+    float reversal_n;                           ///< w
+    float per_n[TRIBO_FEEDFORWARD_WEIGHTS];     ///< 2/w, 1/d_j: widths of the stops that the measured force moves
+    float deviation[TRIBO_FEEDFORWARD_LEARNED]; ///< S, standard deviations of the prior
+    float jump_lag;                             ///< 1.5 T_j over the time of a sample
+    float forgetting_per_n;                     ///< Q
+    float trust;                                ///< gamma
+    float unit_n;                               ///< newtons of a unit of the tick's forces; 1 in float32
+} tribo_feedforward_learning_t;
+
+/// Constants of a tick, made by tribo_feedforward_f32_init. Const from then on; may be shared. Forces are in N.
 typedef struct
 {
     tribo_force_loop_f32_method_t method; ///< for a loop with the feed-forward
-    float                         input_max_n;
-    float                         offset_max_n;                         ///< of |b|
-    float                         reversal_n;                           ///< w
-    float                         stop_per_n[TRIBO_FEEDFORWARD_STOPS];  ///< 1/d_j
+    float                         input_max;
+    float                         offset_max;                           ///< of |b|
+    float                         reversal;                             ///< w
+    float                         stop_gain[TRIBO_FEEDFORWARD_STOPS];   ///< 1/d_j
     float                         jump;                                 ///< of sigma a tick, 2 h/T_j up to 2
-    float                         lead;                                 ///< alpha/(p_a h)
-    float                         distrust;                             ///< 1 - gamma
-    float                         lag_s;                                ///< tau
-    float                         noise_part, noise_floor_n;            ///< h/T_n, n_0
-    float                         rate_hz;                              ///< 1/h
-    float                         rate_part;                            ///< h/(T_r + h)
-    float                         step_n;                               ///< dr_s
-    float                         lag_part, actuator_part, sensor_part; ///< h/(tau + h), E_pa, E_ps
-    float                         observer_part;                        ///< h/(T_y + h)
-    float                         damping;                              ///< b/(K h)
-    float                         jump_lag;                             ///< T_z over the time of a sample
-    float                         measured_per_n;                       ///< 1/d_0
-    float                         travel_half_n;                        ///< w_y/2
-    float                         slip_n;                               ///< travel of a sample that is one
-    float                         travel_max_n;                         ///< delta_max
-    float                         weighing_n;                           ///< R
-    float                         doubt_per_n, margin_per_n;            ///< 1/D_t, 1/D_m
-    float                         forgetting_per_n;                     ///< Q
-    float                         constant_sd_n, constant_max_n;        ///< s_0, B
+    float                         lead_gain, lag_gain, damping_gain;    ///< alpha/(p_a h), tau/h, b_arm/(K h)
+    float                         step;                                 ///< a move of r that has no rate
+    float                         noise_floor;                          ///< w/500
+    float                         noise_part, slow_part, fast_part;     ///< of low passes: of noise, e; of rate, v, y
+    float                         lag_part, actuator_part, sensor_part; ///< of tau, p_a, p_s
+    float                         leak_part;                            ///< of b, in 10 ticks
+    float                         trust;                                ///< of the prior, before anything is learned
     uint32_t                      still_ticks, quick_ticks;             ///< 0 still_ticks: r never stands
-    float                         deadband_part;                        ///< h/(T_d + h)
-    float                         effort_part, effort_half_n;           ///< of v for the monitor; mu B/2
+    tribo_feedforward_learning_t  learning;
 } tribo_feedforward_f32_params_t;
 
+/// What the tick uses of what is learned.
 typedef struct
 {
-    float    anchor_n;     ///< a, the standing reference
-    float    extra_margin; ///< lambda, 0 to 1
-    float    error_n;      ///< filtered error, in a hold a step of r
-    float    noise_n;      ///< mean second difference of y over ticks in which y changed
-    float    changed;      ///< fraction of ticks in which y changed
-    uint32_t still;        ///< ticks of standing, up to still_ticks
-    uint32_t since;        ///< ticks since the last change of side, up to quick_ticks
-    int8_t   side;         ///< of breakaway that friction reached last
-    uint8_t  quick;        ///< changes of side in quick succession, up to 4
-    uint8_t  rests;        ///< the error is within the noise, and u stays
-} tribo_feedforward_hold_f32_state_t;
+    float    sliding;                        ///< V_0
+    float    use[TRIBO_FEEDFORWARD_WEIGHTS]; ///< U_j
+    float    constant, scale;                ///< c_0, c_2
+    float    trust;                          ///< 1 - (1 - gamma) doubt
+    float    turned, kept; ///< where r reverses: V_0 from then on, and the part of the load that stays
+    uint32_t fed_back;     ///< 1: friction fed forward does harm
+    uint32_t seal;         ///< of these numbers: one that does not fit is corrupt
+} tribo_feedforward_f32_weights_t;
 
-/// All except y are low passes.
+/// What a tick posts for the learner.
 typedef struct
 {
-    float y_n[2];               ///< the last good reading, and the one before
-    float noise_n;              ///< n_y, mean second difference of y
-    float actuator_n, sensor_n; ///< u_1, u_2
-    float force_n;              ///< yf
-    float difference_n;         ///< zf
-    float friction_n;           ///< z
-    float travelled_n;          ///< m
-} tribo_feedforward_observer_f32_state_t;
+    float   travelled, force, friction, noise, effort; ///< m, yf, z, n_y, LP(v)
+    float   need;                                      ///< v + f - b at the last reversal
+    uint8_t flips, turns, chatter; ///< since the last sample: reversals, those where r did not stand, chatter
+    uint8_t learns, moves, starts; ///< 1: r moves and y is good; f is fed forward; first sample of a run
+} tribo_feedforward_f32_sample_t;
 
-typedef struct
+/// Who may touch what stands between the tick and the learner.
+typedef enum
 {
-    float    weight[1u + TRIBO_FEEDFORWARD_STOPS]; ///< V_j, of friction over the prior
-    float    constant_n, slope, scale;             ///< c_0, c_1, c_2: load that does not reverse
-    float    covariance[10]; ///< M of V_0, c_0, c_1, c_2 over their prior's: 00, 01, 02, 03, 11, 12, ...
-    float    variance[TRIBO_FEEDFORWARD_STOPS]; ///< P_j, 0 to 1
-    float    doubt;                             ///< 1 to 0
-    float    travel_n;                          ///< learned from
-    float    use[1u + TRIBO_FEEDFORWARD_STOPS]; ///< W_j, from the weights
-    uint32_t seal;                              ///< of these numbers: one that does not fit is corrupt
-} tribo_feedforward_weights_f32_t;
+    TRIBO_FEEDFORWARD_OWNER_TICK = 0, ///< the tick, and there is no result
+    TRIBO_FEEDFORWARD_OWNER_LEARNER,  ///< the learner, with a sample
+    TRIBO_FEEDFORWARD_OWNER_RESULT    ///< the tick, with a result
+} tribo_feedforward_owner_t;
 
-/// A sample, and what becomes of it.
+/// Between the tick and the learner. On one core the order of accesses to volatile objects is all that an interrupt and its background need.
 typedef struct
 {
-    uint8_t  stage;                                    ///< 0 to 9
-    int8_t   side;                                     ///< sign of the last move of m
-    uint8_t  hunts;                                    ///< the last two changes of side were close
-    uint32_t since;                                    ///< ticks since the last
-    float    stop[1u + TRIBO_FEEDFORWARD_STOPS];       ///< X_j/d_j, -1 to 1
-    float    travelled_n, force_n, friction_n, jump_n; ///< m, yf, z and its change
-    float    sample_n;                                 ///< delta; 0: nothing to learn
-    float    regressor[4 + TRIBO_FEEDFORWARD_STOPS];   ///< k_0 to k_3, kappa_j
-    float    error, load;                              ///< epsilon; l
-    float    weighing_n;                               ///< rho
-    float    gain;
-    float    presliding;                          ///< part of the stops' weights that is used
-    float    gained[4 + TRIBO_FEEDFORWARD_STOPS]; ///< q
-    uint32_t seal;                                ///< of delta, epsilon, rho, gain, q
-} tribo_feedforward_learning_f32_state_t;
+    volatile uint32_t                        owner; ///< tribo_feedforward_owner_t
+    volatile tribo_feedforward_f32_sample_t  sample;
+    volatile tribo_feedforward_f32_weights_t result;
+} tribo_feedforward_f32_exchange_t;
 
-/// Friction fed back where fed forward it does harm.
+/// What is learned, in float32 for both arithmetics.
 typedef struct
 {
-    uint8_t harms;  ///< latched
-    uint8_t left;   ///< n_f, reversals to be fed back
-    uint8_t length; ///< n_l, of them in the last feedback, less those fed forward since
-} tribo_feedforward_feedback_t;
+    float    a[TRIBO_FEEDFORWARD_LEARNED]; ///< V_0 - 1, V_1, V_2, c_0, c_2, each over its deviation
+    float    P[15];                        ///< their covariance, the lower triangle by rows
+    float    doubt;                        ///< 1 to 0
+    float    travel_n;                     ///< learned from
+    uint32_t seal;                         ///< of these numbers: one that does not fit is corrupt
 
-/// What the controller does with friction fed forward, against what it would have to do without.
-typedef struct
-{
-    float                        v_n, played_n, travel_n; ///< vf, vp, t_v
-    float                        need_n;                  ///< at the last reversal
-    float                        ratio;                   ///< xi, 0 to 4
-    uint8_t                      begun;                   ///< r has moved since the start
-    tribo_feedforward_feedback_t feedback;
-} tribo_feedforward_monitor_f32_state_t;
+    float    stop[TRIBO_FEEDFORWARD_WEIGHTS]; ///< X_j/d_j, -1 to 1
+    float    travelled_n, friction_n;         ///< m and z of the last sample
+    float    surplus;                         ///< l, the learned load over L
+    float    played_n, effort_n, need_n; ///< monitor: vbar behind a play, its travel t_v, need of the last reversal
+    float    ratio;                      ///< xi, 0 to 4
+    uint8_t  begun;                      ///< r has moved since the start
+    uint8_t  harms;                      ///< latched
+    uint8_t  left, length; ///< reversals to be fed back; of the last feedback, less those fed forward since
+    uint8_t  at_bound;     ///< consecutive reversals with V_0 at a bound; 4 stays until restored
+    uint32_t forgotten;    ///< times that a corrupt memory was reset
+} tribo_feedforward_learner_t;
 
+/// All that a tick leaves to the next. Forces are in N.
 typedef struct
 {
-    tribo_force_loop_f32_tick_t tick;        ///< what the loop reads
-    uint8_t                     mode;        ///< tribo_feedforward_mode_t
-    uint8_t                     offset_rule; ///< tribo_feedforward_offset_t
-    uint8_t                     at_bound;    ///< reversals in succession with V_0 at a bound; 4 stays until restored
-    int8_t                      sign;        ///< s, of r; 0: no direction yet
-    int8_t                      limited;     ///< sign of the limit that u met in the last tick, or 0
-    float                       r_n[2];      ///< the last good r, and the one before
-    float                       noise_n;     ///< n_r, mean second difference of r
-    float                       reached_n;   ///< rs, r as far as the limits of u allow
-    float                       rate_n_s;    ///< filtered rate of rs
-    float                       settled_n;   ///< rn, rs without its noise
-    float                       turned_n;    ///< rp, rs behind a play of a reversal's width
-    float                       stop[TRIBO_FEEDFORWARD_STOPS]; ///< phi_j, -1 to 1
-    float                       sigma;                         ///< -1 to 1
-    float                       behind_n[2];                   ///< m_1 and m_2 less rs
-    float                       offset_n;                      ///< b
-    uint32_t                    offset_seal;                   ///< of b from a tick to the next
-    float                       f_n, u_n;                      ///< of the last tick
-    float                       v_n;                           ///< low pass of v
-    uint32_t                    forgotten; ///< times that a corrupt state was reset; stops at UINT32_MAX
-    tribo_feedforward_hold_f32_state_t     hold;
-    tribo_feedforward_observer_f32_state_t observer;
-    tribo_feedforward_weights_f32_t        learned;
-    tribo_feedforward_learning_f32_state_t learning;
-    tribo_feedforward_monitor_f32_state_t  monitor;
+    tribo_force_loop_f32_tick_t      tick;          ///< what the loop reads
+    uint8_t                          mode, rule;    ///< tribo_feedforward_mode_t, tribo_feedforward_offset_t
+    uint8_t                          phase;         ///< ticks since the last sample
+    int8_t                           sign, limited; ///< s, 0 before the first move; sign of the limit that u met
+    uint8_t                          flips, y_good; ///< in this tick: r reverses; y is credible
+    uint8_t                          turned_since;  ///< since the last sample was posted
+    uint8_t                          flipped, turns, chatter, starts;      ///< for the next sample
+    float                            r[2], r_noise;                        ///< the last good r, and the one before; n_r
+    float                            reached, rate, turned;                ///< rs, its change in a tick, rp'
+    float                            stop[TRIBO_FEEDFORWARD_STOPS], sigma; ///< phi_j, sigma
+    float                            behind[2];                            ///< m_1 and m_2 less rs
+    float                            load, own_load;  ///< what does not reverse, and the part of it that is learned
+    float                            lin, level;      ///< force without friction; share L
+    float                            f, lead, b;      ///< u = limit(v + lin + f + lead - b)
+    float                            e, u, v;         ///< v: low pass
+    float                            need, turn_need; ///< f - b of the last tick; with v, of the last reversal
+    float                            y[2], y_noise, y_now; ///< the last good y, and the one before; n_y; y of this tick
+    float                            actuator, sensor, force;         ///< u_1, u_2, yf
+    float                            difference, friction, travelled; ///< zf, z, m
+    float                            error;                           ///< mean of e, in a hold a step of r
+    uint32_t                         offset_seal;                     ///< ~b, from a tick to the next
+    uint32_t                         still, since;    ///< ticks of standing; ticks since the last change of side
+    int8_t                           side;            ///< of breakaway that friction reached last
+    uint8_t                          quick;           ///< changes of side in quick succession, up to 4
+    uint8_t                          rests;           ///< the error is within the noise, and u stays
+    uint32_t                         late, forgotten; ///< late results; corrupt states; both stop at UINT32_MAX
+    tribo_feedforward_f32_weights_t  weights;
+    tribo_feedforward_f32_exchange_t exchange;
+    tribo_feedforward_learner_t      learner;
 } tribo_feedforward_f32_state_t;
 
-/// Signals of one tick, for logging and between its three parts.
+/// Learned breakaway in one direction, of both arithmetics.
 typedef struct
 {
-    float e_n;        ///< error, y expected - y; 0 with a bad y
-    float y_n;        ///< y, or the last good one
-    float reached_n;  ///< rs
-    float load_n;     ///< of lin, what does not reverse
-    float lin_n;      ///< force without friction for the reference
-    float level_n;    ///< G
-    float partial;    ///< W1 phi1 + ... + W4 phi4
-    float f_n;        ///< friction fed forward, or back in a hold
-    float lead_n;     ///< of a jump
-    float b_n;        ///< offset
-    float term_n;     ///< lin + f + lead - b, added to v
-    float friction_n; ///< z, measured
-    float travel_n;   ///< learned from, of the sample of this tick
-    float need_n;     ///< f - b of the last tick
-    bool  y_good;     ///< learning is allowed
-    bool  flips;      ///< r reverses
-} tribo_feedforward_f32_signals_t;
-
-/// Learned breakaway in one direction.
-typedef struct
-{
-    float    L_n;               ///< at some force: V_0 L, and what does not reverse
-    float    relative_variance; ///< of L in this direction, over the prior's, at the force of the last sample
-    float    travel_n;          ///< learned from, both ways; without a sensor widths of motion times reversal_n
-    bool     at_bound;          ///< do not trust L: the prior is too wrong, or the measurement is not friction
-    bool     stays_at_bound;    ///< four consecutive reversals found it so; latched until reset or restore
-    bool     harms;     ///< friction fed forward cost more effort than it saved, and was fed back; latched likewise
-    uint32_t forgotten; ///< times that a corrupt memory was reset, or its b set anew
-} tribo_feedforward_f32_learned_t;
+    float L_n;               ///< at some force: V_0 L, and what does not reverse
+    float relative_variance; ///< of L in this direction, over the prior's
+    float travel_n;          ///< learned from, both ways; without a sensor widths of motion times reversal_n
+    bool  at_bound;          ///< learning has hit its limit, 0.2 or 3 times the configured value
+    bool  stays_at_bound;    ///< four consecutive reversals found it so; latched until reset or restore
+    bool
+        harms; ///< friction fed forward cost more effort than it saved, and was fed back; latched until reset or restore
+    uint32_t late;      ///< samples whose result was late
+    uint32_t forgotten; ///< times that a corrupt memory was reset
+} tribo_feedforward_learned_t;
 
 /// The work of another loop's effort over a slide. Travel is in widths of a reversal.
 typedef struct
 {
-    float    moved, effort_n;       ///< motion of a tick, and u without the model's load; low passes
+    float    moved, effort;         ///< motion of a tick, and u without the model's load; low passes
     float    slack;                 ///< of moved, in a play a width wide
     int8_t   side;                  ///< sign of the slide, 0: none yet
     uint32_t ticks;                 ///< of the slide; at its most, the slide does not count
@@ -275,9 +237,8 @@ typedef struct
 /// Memory of a feed-forward, attached to a loop.
 typedef struct
 {
-    tribo_feedforward_f32_state_t   state;
-    tribo_feedforward_f32_signals_t signals; ///< of the last tick, for logging
-    tribo_feedforward_f32_motion_t  motion;
+    tribo_feedforward_f32_state_t  state;
+    tribo_feedforward_f32_motion_t motion;
 } tribo_feedforward_f32_memory_t;
 
 /// Defaults, for the paper's poles.
@@ -298,12 +259,23 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
 /// Nothing learned; the next good tick is the first.
 void tribo_feedforward_f32_reset(tribo_feedforward_f32_state_t *state);
 
-/// Learned breakaway in `direction` (TRIBO_BREAKAWAY_POSITIVE or _NEGATIVE) at the end-point force `force_n`. A bad force
-/// counts as 0. Not for every tick.
-tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_friction_f32_params_t   *friction,
-                                                              const tribo_feedforward_f32_state_t *state,
-                                                              uint32_t                             direction,
-                                                              float                                force_n);
+/// Learns from the last sample, if the tick has posted one. True if it had. In the tick's own call, or in the background of the same core;
+/// from another core call it under a lock, or with barriers of your own. Some 2,000 floating-point operations every 10 ticks; without an
+/// FPU some 48,000 instructions.
+bool tribo_feedforward_f32_learn(const tribo_force_loop_f32_params_t *params, tribo_feedforward_f32_memory_t *memory);
+
+/// True while the learner has a sample: then leave reset and restore alone unless the caller is the one who learns.
+static inline bool tribo_feedforward_f32_is_learning(const tribo_feedforward_f32_state_t *state)
+{
+    return state->exchange.owner == TRIBO_FEEDFORWARD_OWNER_LEARNER;
+}
+
+/// Learned breakaway in `direction` (TRIBO_BREAKAWAY_POSITIVE or _NEGATIVE) at the end-point force `force_n`, with the `params` of a loop
+/// with or without a sensor. A bad force counts as 0. Not for every tick.
+tribo_feedforward_learned_t tribo_feedforward_f32_learned(const tribo_force_loop_f32_params_t *params,
+                                                          const tribo_feedforward_f32_state_t *state,
+                                                          uint32_t                             direction,
+                                                          float                                force_n);
 
 /// Unlatches stays_at_bound and harms, and feeds friction forward; learned values stay.
 void tribo_feedforward_f32_restore(tribo_feedforward_f32_state_t *state);
@@ -327,27 +299,9 @@ static inline const tribo_feedforward_f32_params_t *tribo_feedforward_f32_of(
     return is_one ? (const tribo_feedforward_f32_params_t *)params->method : NULL; // its first member
 }
 
-/// Call after a reset of `state`: `memory` restarts with it, but keeps learned values. Reset `memory->state` once before; it
-/// must outlive `state`. Null: none.
+/// Call after a reset of `state`: `memory` restarts with it, but keeps learned values. Reset `memory->state` once before; it must outlive `state`. Null: none.
 void tribo_force_loop_feedforward_f32_attach(tribo_force_loop_f32_state_t   *state,
                                              tribo_feedforward_f32_memory_t *memory);
-
-/// Data of a rig.
-typedef struct
-{
-    float                              actuator_pole_rad_per_s, sensor_pole_rad_per_s;
-    const tribo_arm_f32_config_t      *arm;
-    const tribo_friction_f32_params_t *friction; ///< the model's breakaway
-    float usual_force_n;                         ///< |F| around which the rig works; breakaway there sets the widths
-    float noise_n;                               ///< standard deviation of y; 0 if unknown
-    float sample_time_s;
-} tribo_feedforward_f32_rig_t;
-
-/// Parameters for a rig, with the derived ones in numbers. Checks nothing: the init functions refuse impossible values.
-tribo_feedforward_f32_config_t tribo_feedforward_f32_tuned(const tribo_feedforward_f32_rig_t *rig);
-
-/// The guard's parameters for that rig.
-tribo_guard_f32_config_t tribo_guard_f32_tuned(const tribo_feedforward_f32_rig_t *rig);
 
 // --- without a force sensor -------------------------------------------------------------------------------------------
 //
@@ -356,8 +310,7 @@ tribo_guard_f32_config_t tribo_guard_f32_tuned(const tribo_feedforward_f32_rig_t
 //     u = limit(lin + f + lead - b)          f = belief V L(rs) sigma
 //
 // A method of the force loop: steps 2 to 6 with the stops left out, with the params and memory above. y is not used (give 0), and the
-// controller's output is taken out of u. b is 0, or what u goes on from after a change of params or of V, and fades in a quarter of
-// a second. It has no feedback: u is as right as V L is, so it believes low.
+// controller's output is taken out of u. b is 0, or what u goes on from after a change of params or of V, and fades with 0.3 s. It has no feedback: u is as right as V L is, so it believes low.
 //
 // r is the force that the arm shall have, or the effort of somebody else's position or velocity loop. With that, and wherever the
 // motion is known better than by r, tell it: tribo_sensorless_f32_motion.
@@ -395,10 +348,9 @@ void tribo_sensorless_f32_motion(tribo_feedforward_f32_memory_t *memory, float i
 typedef struct
 {
     uint32_t runs;
-    float    lagged_n; ///< u behind the lag of actuator and arm
-    float    force_n;  ///< F^: an arm that sticks within L
-    float    low_n,
-        high_n; ///< the same with L times (1 - tolerance) to (1 + tolerance): F is between, beside the lag's error
+    float    lagged; ///< u behind the lag of actuator and arm, N
+    float    force;  ///< F^: an arm that sticks within L, N
+    float low, high; ///< the same with L times (1 - tolerance) to (1 + tolerance): F is between, beside the lag's error
 } tribo_force_estimate_f32_t;
 
 /// One tick with `u_n` as applied, by the params of a loop with or without a sensor. From runs = 0 any F is possible. A tolerance

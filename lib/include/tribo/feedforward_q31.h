@@ -1,20 +1,12 @@
-/// The feed-forward in fixed point: the twin of feedforward_f32.h, with the same steps.
+/// The feed-forward in fixed point: the twin of feedforward_f32.h. The tick is the same text, compiled for integers; the learner is the
+/// same function, in float32, and is called in the background on a processor without an FPU.
 ///
 /// Arguments and results are Q31 of one full scale FS, as in the rest of the library. Inside, forces are Q29 of FS, a quarter of
 /// 32 bits, so that lin (within 2 FS), f and b (each within FS), and the difference of any two forces fit. A unit is 2^-29 FS,
-/// 4e-9 N at 2 N.
+/// 4e-9 N at 2 N. Noise and rate, which are slow means, are Q35, up to FS/128.
 ///
-///     forces, travel                      Q29, rounded towards zero
-///     noise of r and y                    Q37, up to FS/64
-///     rate of r, a tick                   Q37, up to FS/128
-///     V, W, sigma, stops, regressors      Q29, within +-4
-///     M and P, in units of their prior    Q30
-///     doubt, fractions                    Q32
-///
-/// Mirrored inputs, without gravity, give mirrored bits; all forces and FS times 2 give the same bits. e and the sum
-/// lin + f + lead - b are limited to FS.
-/// A tick has at most seven divisions of 32 bits, one or two more with a table; learning is spread over ten ticks.
-/// Not synchronized: one state, one tick.
+/// Mirrored inputs, without gravity, give mirrored bits as long as nothing is learned. e and the term are limited to FS.
+/// A tick has at most three divisions of 32 bits, a look-up in a table two more. Not synchronized: one state, one tick, one learner.
 
 #ifndef TRIBO_FEEDFORWARD_Q31_H
 #define TRIBO_FEEDFORWARD_Q31_H
@@ -31,188 +23,115 @@
 extern "C" {
 #endif
 
-/// Constants of a tick, made by tribo_feedforward_q31_init; see the twin.
+/// Constants of a tick, made by tribo_feedforward_q31_init; see the twin. Forces are Q29 of FS, gains Q16, parts Q32.
 typedef struct
 {
-    tribo_force_loop_q31_method_t method;                                 ///< for a loop with the feed-forward
-    uint32_t                      input_max;                              ///< Q31
-    int32_t                       offset_max;                             ///< up to FS, Q29
-    uint32_t                      reversal;                               ///< w, Q29
-    uint32_t                      stop_per_unit[TRIBO_FEEDFORWARD_STOPS]; ///< FS/d_j, Q10
-    int32_t                       jump;                                   ///< Q29
-    uint32_t                      lead;                                   ///< Q16
-    uint32_t                      distrust;                               ///< Q32
-    uint32_t                      lag;                                    ///< tau/(256 h) 2^-lag_shift, Q32
-    uint8_t                       lag_shift;                              ///< 0 to 8
-    uint8_t                       damping_shift;                          ///< 0 to 15
-    uint32_t                      noise_part;                             ///< Q32, as all parts
-    uint32_t                      noise_floor;                            ///< Q37
-    uint32_t                      rate_part;
-    int32_t                       step; ///< Q29
-    uint32_t                      lag_part, actuator_part, sensor_part, observer_part;
-    uint32_t                      damping;                         ///< b/(K h) 2^-damping_shift, Q32
-    uint32_t                      jump_lag;                        ///< T_z over the time of a sample, Q16
-    uint32_t                      measured_per_unit;               ///< FS/d_0, Q10
-    uint32_t                      travel_half;                     ///< Q29
-    uint32_t                      slip;                            ///< travel of a sample that is one, Q29
-    uint32_t                      travel_max;                      ///< Q29
-    uint32_t                      weighing;                        ///< Q29
-    uint32_t                      doubt_per_unit, margin_per_unit; ///< of a unit of travel, Q40
-    uint32_t                      forgetting_per_unit;             ///< likewise, Q56
-    uint32_t                      constant_sd;                     ///< Q29
-    int32_t                       constant_max;                    ///< Q29
-    uint32_t                      still_ticks, quick_ticks;
-    uint32_t                      deadband_part;
-    uint32_t                      effort_part, effort_half; ///< mu B/2, Q29
+    tribo_force_loop_q31_method_t method;                             ///< for a loop with the feed-forward
+    int32_t                       input_max;                          ///< Q31
+    int32_t                       offset_max;                         ///< up to FS
+    int32_t                       reversal;                           ///< w
+    uint32_t                      stop_gain[TRIBO_FEEDFORWARD_STOPS]; ///< FS/d_j
+    int32_t                       jump;                               ///< Q29
+    uint32_t                      lead_gain, lag_gain, damping_gain;  ///< alpha/(p_a h), tau/(64 h), b_arm/(K h)
+    int32_t                       step;
+    int32_t                       noise_floor; ///< Q35
+    uint32_t noise_part, slow_part, fast_part, lag_part, actuator_part, sensor_part, leak_part, trust;
+    uint32_t still_ticks, quick_ticks;
+    tribo_feedforward_learning_t learning;
 } tribo_feedforward_q31_params_t;
 
+/// What the tick uses of what is learned.
 typedef struct
 {
-    int32_t  anchor;       ///< a
-    uint32_t extra_margin; ///< lambda, Q32
-    int32_t  error;        ///< filtered error, in a hold a step of r
-    uint32_t noise;        ///< mean second difference of y over ticks in which y changed, Q37
-    uint32_t changed;      ///< fraction of ticks in which y changed, Q32
-    uint32_t still, since;
-    int8_t   side;
-    uint8_t  quick;
-    uint8_t  rests; ///< the error is within the noise, and u stays
-} tribo_feedforward_hold_q31_state_t;
+    int32_t  sliding;                        ///< V_0, Q29
+    int32_t  use[TRIBO_FEEDFORWARD_WEIGHTS]; ///< U_j, Q29
+    int32_t  constant, scale;                ///< c_0, c_2; Q29
+    uint32_t trust;                          ///< 1 - (1 - gamma) doubt, Q32
+    int32_t  turned;                         ///< V_0 from a reversal on
+    uint32_t kept;                           ///< part of the load that stays there, Q32
+    uint32_t fed_back;                       ///< 1: friction fed forward does harm
+    uint32_t seal;                           ///< of these numbers: one that does not fit is corrupt
+} tribo_feedforward_q31_weights_t;
 
+/// What a tick posts for the learner.
 typedef struct
 {
-    int32_t  y[2];
-    uint32_t noise; ///< Q37
-    int32_t  actuator, sensor, force, difference, friction, travelled;
-} tribo_feedforward_observer_q31_state_t;
+    int32_t travelled, force, friction, noise, effort; ///< m, yf, z, n_y, LP(v)
+    int32_t need;                                      ///< v + f - b at the last reversal
+    uint8_t flips, turns, chatter; ///< since the last sample: reversals, those where r did not stand, chatter
+    uint8_t learns, moves, starts; ///< 1: r moves and y is good; f is fed forward; first sample of a run
+} tribo_feedforward_q31_sample_t;
 
+/// See the twin.
 typedef struct
 {
-    int32_t  weight[1u + TRIBO_FEEDFORWARD_STOPS]; ///< V_j, Q29
-    int32_t  constant;                             ///< c_0, Q29 of FS
-    int32_t  slope, scale;                         ///< c_1, c_2, Q29
-    int32_t  covariance[10];                       ///< Q30
-    int32_t  variance[TRIBO_FEEDFORWARD_STOPS];    ///< Q30
-    uint32_t doubt;                                ///< Q32
-    uint64_t travel;                               ///< learned from, Q29
-    int32_t  use[1u + TRIBO_FEEDFORWARD_STOPS];    ///< W_j, Q29
-    uint32_t seal;                                 ///< of these numbers: one that does not fit is corrupt
-} tribo_feedforward_weights_q31_t;
+    volatile uint32_t                        owner; ///< tribo_feedforward_owner_t
+    volatile tribo_feedforward_q31_sample_t  sample;
+    volatile tribo_feedforward_q31_weights_t result;
+} tribo_feedforward_q31_exchange_t;
 
+/// All that a tick leaves to the next. Forces are Q29 of FS, slow means Q35, numbers Q29.
 typedef struct
 {
-    uint8_t  stage;
-    int8_t   side;
-    uint8_t  hunts;
-    uint32_t since;
-    int32_t  stop[1u + TRIBO_FEEDFORWARD_STOPS]; ///< Q29
-    int32_t  travelled, force, friction, jump;
-    uint32_t sample;
-    int32_t  regressor[4 + TRIBO_FEEDFORWARD_STOPS]; ///< Q29
-    int32_t  error, load;                            ///< Q26
-    uint32_t weighing;
-    uint32_t gain;                                ///< Q31
-    uint32_t presliding;                          ///< Q32
-    int32_t  gained[4 + TRIBO_FEEDFORWARD_STOPS]; ///< Q27
-    uint32_t seal;
-} tribo_feedforward_learning_q31_state_t;
-
-typedef struct
-{
-    int32_t                      v, played;
-    uint32_t                     travel;
-    int32_t                      need;
-    uint32_t                     ratio; ///< xi, Q29
-    uint8_t                      begun;
-    tribo_feedforward_feedback_t feedback;
-} tribo_feedforward_monitor_q31_state_t;
-
-/// See the twin. Forces are Q29.
-typedef struct
-{
-    tribo_force_loop_q31_tick_t            tick; ///< what the loop reads, Q31
-    uint8_t                                mode, offset_rule, at_bound;
-    int8_t                                 sign, limited;
-    int32_t                                r[2];
-    uint32_t                               noise;                         ///< Q37
-    int32_t                                reached;                       ///< rs
-    int32_t                                rate;                          ///< filtered change of rs in a tick, Q37
-    int32_t                                settled, turned;               ///< rn, rp
-    int32_t                                stop[TRIBO_FEEDFORWARD_STOPS]; ///< phi_j, Q29
-    int32_t                                sigma;                         ///< Q29
-    int32_t                                behind[2];                     ///< m_1 and m_2 less rs
-    int32_t                                offset, f, u;
-    uint32_t                               offset_seal; ///< of b from a tick to the next
-    int32_t                                v;           ///< low pass of v
-    uint32_t                               forgotten;   ///< stops at UINT32_MAX
-    tribo_feedforward_hold_q31_state_t     hold;
-    tribo_feedforward_observer_q31_state_t observer;
-    tribo_feedforward_weights_q31_t        learned;
-    tribo_feedforward_learning_q31_state_t learning;
-    tribo_feedforward_monitor_q31_state_t  monitor;
+    tribo_force_loop_q31_tick_t      tick;          ///< what the loop reads
+    uint8_t                          mode, rule;    ///< tribo_feedforward_mode_t, tribo_feedforward_offset_t
+    uint8_t                          phase;         ///< ticks since the last sample
+    int8_t                           sign, limited; ///< s, 0 before the first move; sign of the limit that u met
+    uint8_t                          flips, y_good; ///< in this tick: r reverses; y is credible
+    uint8_t                          turned_since;  ///< since the last sample was posted
+    uint8_t                          flipped, turns, chatter, starts;      ///< for the next sample
+    int32_t                          r[2], r_noise;                        ///< the last good r, and the one before; n_r
+    int32_t                          reached, rate, turned;                ///< rs, its change in a tick, rp'
+    int32_t                          stop[TRIBO_FEEDFORWARD_STOPS], sigma; ///< phi_j, sigma
+    int32_t                          behind[2];                            ///< m_1 and m_2 less rs
+    int32_t                          load, own_load;  ///< what does not reverse, and the part of it that is learned
+    int32_t                          lin, level;      ///< force without friction; share L
+    int32_t                          f, lead, b;      ///< u = limit(v + lin + f + lead - b)
+    int32_t                          e, u, v;         ///< v: low pass
+    int32_t                          need, turn_need; ///< f - b of the last tick; with v, of the last reversal
+    int32_t                          y[2], y_noise, y_now; ///< the last good y, and the one before; n_y; y of this tick
+    int32_t                          actuator, sensor, force;         ///< u_1, u_2, yf
+    int32_t                          difference, friction, travelled; ///< zf, z, m
+    int32_t                          error;                           ///< mean of e, in a hold a step of r
+    uint32_t                         offset_seal;                     ///< ~b, from a tick to the next
+    uint32_t                         still, since;    ///< ticks of standing; ticks since the last change of side
+    int8_t                           side;            ///< of breakaway that friction reached last
+    uint8_t                          quick;           ///< changes of side in quick succession, up to 4
+    uint8_t                          rests;           ///< the error is within the noise, and u stays
+    uint32_t                         late, forgotten; ///< late results; corrupt states; both stop at UINT32_MAX
+    tribo_feedforward_q31_weights_t  weights;
+    tribo_feedforward_q31_exchange_t exchange;
+    tribo_feedforward_learner_t      learner;
 } tribo_feedforward_q31_state_t;
 
-/// Signals of one tick, for logging and between its three parts. Q29 unless stated otherwise.
+/// See the twin. Motion is Q29 of a width, in a sum too; forces are Q29 of FS.
 typedef struct
 {
-    int32_t  e;        ///< in Q29, before its limit
-    int32_t  y;        ///< y, or the last good one
-    int32_t  reached;  ///< rs
-    int32_t  load;     ///< of lin, what does not reverse
-    int32_t  lin;      ///< force without friction for the reference
-    uint32_t level;    ///< G without doubt
-    int64_t  partial;  ///< W1 phi1 + ... + W4 phi4, Q58
-    int32_t  f;        ///< friction fed forward, or back in a hold
-    int32_t  lead;     ///< of a jump
-    int32_t  b;        ///< offset
-    int32_t  term;     ///< lin + f + lead - b, added to v, Q31
-    int32_t  friction; ///< z, measured
-    uint32_t travel;   ///< learned from, of the sample of this tick
-    int32_t  need;     ///< f - b of the last tick
-    bool     y_good;   ///< learning is allowed
-    bool     flips;    ///< r reverses
-} tribo_feedforward_q31_signals_t;
-
-/// Learned breakaway in one direction; see the twin.
-typedef struct
-{
-    uint32_t L;                 ///< at some force, Q29
-    uint32_t relative_variance; ///< Q31
-    uint64_t travel;            ///< Q29
-    bool     at_bound, stays_at_bound, harms;
-    uint32_t forgotten;
-} tribo_feedforward_q31_learned_t;
-
-/// See the twin. Motion is Q28 of a width.
-typedef struct
-{
-    int32_t  moved;  ///< Q28
-    int32_t  effort; ///< Q29 of FS
-    int32_t  slack;  ///< Q28
-    int8_t   side;
-    uint32_t ticks;
-    int64_t  travel;                ///< Q28
-    int64_t  work, prior;           ///< Q29 of FS
-    int32_t  last_travel;           ///< Q8
-    int32_t  last_work, last_prior; ///< Q27 of FS
+    int32_t  moved, effort; ///< motion of a tick, and u without the model's load; low passes
+    int32_t  slack;         ///< of moved, in a play a width wide
+    int8_t   side;          ///< sign of the slide, 0: none yet
+    uint32_t ticks;         ///< of the slide; at its most, the slide does not count
+    int64_t  travel, work, prior;
+    float    last_travel;           ///< widths
+    float    last_work, last_prior; ///< N
 } tribo_feedforward_q31_effort_t;
 
 /// Of a loop without a sensor.
 typedef struct
 {
-    int32_t                        slack[2]; ///< Q29
-    int8_t                         sign;
-    uint8_t                        is_known, was_known;
-    int32_t                        measured; ///< Q29
+    int32_t                        slack[2];  ///< of a play a width wide, intended and measured
+    int8_t                         sign;      ///< of the last motion, 0: none yet
+    uint8_t                        is_known;  ///< in this tick
+    uint8_t                        was_known; ///< in any tick: what is learned is used
+    int32_t                        measured;  ///< in this tick, Q29
     tribo_feedforward_q31_effort_t effort;
 } tribo_feedforward_q31_motion_t;
 
 /// Memory of a feed-forward, attached to a loop.
 typedef struct
 {
-    tribo_feedforward_q31_state_t   state;
-    tribo_feedforward_q31_signals_t signals; ///< of the last tick, for logging
-    tribo_feedforward_q31_motion_t  motion;
+    tribo_feedforward_q31_state_t  state;
+    tribo_feedforward_q31_motion_t motion;
 } tribo_feedforward_q31_memory_t;
 
 /// Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE, a status of tribo_feedforward_f32_init, or that of a parameter that full_scale_n does
@@ -229,11 +148,20 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
 /// Nothing learned; the next good tick is the first.
 void tribo_feedforward_q31_reset(tribo_feedforward_q31_state_t *state);
 
-/// Learned breakaway in `direction` at the end-point force `force`, Q31. Not for every tick.
-tribo_feedforward_q31_learned_t tribo_feedforward_q31_learned(const tribo_friction_q31_params_t   *friction,
-                                                              const tribo_feedforward_q31_state_t *state,
-                                                              uint32_t                             direction,
-                                                              int32_t                              force);
+/// As tribo_feedforward_f32_learn, with which it shares the learner in float32.
+bool tribo_feedforward_q31_learn(const tribo_force_loop_q31_params_t *params, tribo_feedforward_q31_memory_t *memory);
+
+/// True while the learner has a sample: then leave reset and restore alone unless the caller is the one who learns.
+static inline bool tribo_feedforward_q31_is_learning(const tribo_feedforward_q31_state_t *state)
+{
+    return state->exchange.owner == TRIBO_FEEDFORWARD_OWNER_LEARNER;
+}
+
+/// Learned breakaway in `direction` at the end-point force `force`, Q31; the result is in N. Not for every tick.
+tribo_feedforward_learned_t tribo_feedforward_q31_learned(const tribo_force_loop_q31_params_t *params,
+                                                          const tribo_feedforward_q31_state_t *state,
+                                                          uint32_t                             direction,
+                                                          int32_t                              force);
 
 /// Unlatches stays_at_bound and harms, and feeds friction forward; learned values stay.
 void tribo_feedforward_q31_restore(tribo_feedforward_q31_state_t *state);

@@ -54,7 +54,7 @@ typedef struct
     tribo_compensator_f32_config_t compensator;
 } tribo_force_loop_f32_config_t;
 
-#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 8 ///< of the params' fields and their meaning, for params made on a host
+#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 9 ///< of the params' fields and their meaning, for params made on a host
 
 typedef struct tribo_force_loop_f32_params tribo_force_loop_f32_params_t;
 
@@ -249,6 +249,9 @@ float tribo_force_loop_f32_command(const tribo_force_loop_f32_params_t *params,
 
 /// The defaults, for forces about 1 N.
 tribo_guard_f32_config_t tribo_guard_f32_default(void);
+
+/// Parameters for a rig: breakaway at its usual force, lag from u to F, standard deviation of y, or 0 where that is unknown. Checks nothing.
+tribo_guard_f32_config_t tribo_guard_f32_tuned(float breakaway_n, float lag_s, float noise_n, float sample_time_s);
 
 /// Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME or that of a row of TRIBO_GUARD_PARAMETERS. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_guard_f32_init(tribo_guard_f32_params_t       *params,

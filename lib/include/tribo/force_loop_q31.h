@@ -29,7 +29,7 @@
 extern "C" {
 #endif
 
-#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 8 ///< of the params' fields and their meaning, for params made on a host
+#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 9 ///< of the params' fields and their meaning, for params made on a host
 
 typedef struct tribo_force_loop_q31_params tribo_force_loop_q31_params_t;
 

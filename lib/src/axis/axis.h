@@ -67,7 +67,13 @@ static tribo_status_t start(axis_t *axis, const tribo_axis_f32_config_t *config,
 
 force_t axis_step(axis_t *axis, force_t r, force_t y)
 {
-    return axis->active != NULL ? NAME(force_loop, step)(&axis->active->loop, &axis->loop, r, y, NULL) : 0;
+    if (axis->active == NULL)
+    {
+        return 0;
+    }
+    const force_t u = NAME(force_loop, step)(&axis->active->loop, &axis->loop, r, y, NULL);
+    axis_learn_at_once(axis);
+    return u;
 }
 
 force_t axis_error(axis_t *axis, force_t r, force_t y)
@@ -77,7 +83,13 @@ force_t axis_error(axis_t *axis, force_t r, force_t y)
 
 force_t axis_command(axis_t *axis, force_t v)
 {
-    return axis->active != NULL ? NAME(force_loop, command)(&axis->active->loop, &axis->loop, v, &axis->OF(excess)) : 0;
+    if (axis->active == NULL)
+    {
+        return 0;
+    }
+    const force_t u = NAME(force_loop, command)(&axis->active->loop, &axis->loop, v, &axis->OF(excess));
+    axis_learn_at_once(axis);
+    return u;
 }
 
 force_t axis_excess(const axis_t *axis)
@@ -92,17 +104,19 @@ void axis_report(const axis_t *axis, tribo_axis_report_t *report)
     {
         return;
     }
-    axis_learned_t learned = {0};
+    const float                 ratio   = axis->memory.state.learner.ratio;
+    tribo_feedforward_learned_t learned = {.L_n = 0.0f};
     for (uint32_t direction = TRIBO_BREAKAWAY_POSITIVE; direction <= TRIBO_BREAKAWAY_NEGATIVE; direction++)
     {
         learned = axis_learned(axis, direction);
         tribo_axis_report_direction(report, direction, &learned, axis->active->breakaway_n);
     }
-    report->times_less    = axis_times_less(axis);
+    report->times_less    = ratio > 0.0f ? 1.0f / ratio : 0.0f;
     report->share         = axis_share(axis);
     report->bad_inputs    = axis->loop.bad_inputs;
     report->limited_ticks = axis->loop.controller.limited_ticks;
-    report->forgotten     = axis->memory.state.forgotten;
+    report->forgotten     = learned.forgotten;
+    report->late          = learned.late;
     tribo_axis_report_warn(report, &learned, axis->guard.cause);
 }
 
@@ -154,7 +168,7 @@ void axis_export(const axis_t *axis, axis_blob_t *blob)
 {
     *blob     = (axis_blob_t){.version = BLOB_VERSION};
     blob->rig = axis->active != NULL ? axis->active->rig : 0u;
-    copy_bytes(blob->learned, &axis->memory.state.learned, sizeof axis->memory.state.learned);
+    copy_bytes(blob->learned, &axis->memory.state.learner, sizeof blob->learned);
     blob->checksum = checksum_of(blob);
 }
 
@@ -183,7 +197,7 @@ tribo_status_t axis_import(axis_t *axis, const axis_blob_t *blob)
     const bool    runs = axis->memory.state.mode != TRIBO_FEEDFORWARD_RESTART;
     const force_t term = axis->memory.state.tick.OF(term);
     NAME(feedforward, reset)(&axis->memory.state);
-    copy_bytes(&axis->memory.state.learned, blob->learned, sizeof axis->memory.state.learned);
+    copy_bytes(&axis->memory.state.learner, blob->learned, sizeof blob->learned);
     if (runs)
     {
         NAME(force_loop, functions_t) functions;

@@ -151,19 +151,10 @@ float tribo_axis_config_breakaway(const axis_parts_t *parts)
 
 tribo_guard_f32_config_t tribo_axis_config_guard(const axis_parts_t *parts, const tribo_axis_f32_config_t *config)
 {
-    tribo_friction_f32_params_t friction;
-    (void)tribo_friction_f32_init(&friction,
-                                  &parts->loop.compensator.friction,
-                                  parts->loop.sample_time_s); // the loop's has accepted it
+    const tribo_arm_f32_config_t *const arm = &parts->loop.compensator.arm;
 
-    const tribo_feedforward_f32_rig_t rig = {.actuator_pole_rad_per_s = config->feedforward.actuator_pole_rad_per_s,
-                                             .sensor_pole_rad_per_s   = config->feedforward.sensor_pole_rad_per_s,
-                                             .arm                     = &parts->loop.compensator.arm,
-                                             .friction                = &friction,
-                                             .usual_force_n = tribo_force_loop_f32_usual_force_n(&parts->loop),
-                                             .noise_n       = config->noise_n,
-                                             .sample_time_s = parts->loop.sample_time_s};
-    return tribo_guard_f32_tuned(&rig);
+    const float lag = 1.0f / config->feedforward.actuator_pole_rad_per_s + arm->damping / arm->stiffness;
+    return tribo_guard_f32_tuned(tribo_axis_config_breakaway(parts), lag, config->noise_n, parts->loop.sample_time_s);
 }
 
 uint32_t tribo_axis_checksum(const void *bytes, size_t size)
@@ -195,10 +186,10 @@ uint32_t tribo_axis_config_rig(const axis_parts_t *parts, const tribo_axis_f32_c
     return tribo_axis_checksum(numbers, sizeof numbers);
 }
 
-void tribo_axis_report_direction(tribo_axis_report_t  *report,
-                                 uint32_t              direction,
-                                 const axis_learned_t *learned,
-                                 float                 breakaway_n)
+void tribo_axis_report_direction(tribo_axis_report_t               *report,
+                                 uint32_t                           direction,
+                                 const tribo_feedforward_learned_t *learned,
+                                 float                              breakaway_n)
 {
     const float L = learned->L_n;
     const float spread =
@@ -216,7 +207,9 @@ static uint32_t bit_if(bool is_set, uint32_t bit)
     return is_set ? bit : 0u;
 }
 
-void tribo_axis_report_warn(tribo_axis_report_t *report, const axis_learned_t *learned, tribo_guard_cause_t cause)
+void tribo_axis_report_warn(tribo_axis_report_t               *report,
+                            const tribo_feedforward_learned_t *learned,
+                            tribo_guard_cause_t                cause)
 {
     report->warnings =
         bit_if(report->bad_inputs > 0u, WARN_BAD_INPUT) | bit_if(report->limited_ticks > 0u, WARN_LIMITED) |

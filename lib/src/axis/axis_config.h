@@ -29,19 +29,15 @@ uint32_t tribo_axis_checksum(const void *bytes, size_t size);
 /// Of the numbers that what is learned refers to.
 uint32_t tribo_axis_config_rig(const axis_parts_t *parts, const tribo_axis_f32_config_t *config, float full_scale_n);
 
-typedef struct
-{
-    float L_n, relative_variance, travel_n;
-    bool  stays_at_bound, harms;
-} axis_learned_t;
-
 /// One direction of a report.
-void tribo_axis_report_direction(tribo_axis_report_t  *report,
-                                 uint32_t              direction,
-                                 const axis_learned_t *learned,
-                                 float                 breakaway_n);
+void tribo_axis_report_direction(tribo_axis_report_t               *report,
+                                 uint32_t                           direction,
+                                 const tribo_feedforward_learned_t *learned,
+                                 float                              breakaway_n);
 
 /// The warnings of a report that is else complete.
-void tribo_axis_report_warn(tribo_axis_report_t *report, const axis_learned_t *learned, tribo_guard_cause_t cause);
+void tribo_axis_report_warn(tribo_axis_report_t               *report,
+                            const tribo_feedforward_learned_t *learned,
+                            tribo_guard_cause_t                cause);
 
 #endif

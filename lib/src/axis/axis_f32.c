@@ -23,24 +23,18 @@ static tribo_status_t axis_make_guard(tribo_axis_f32_params_t        *made,
     return tribo_guard_f32_init(&made->guard, guard, sample_time_s);
 }
 
-static axis_learned_t axis_learned(const tribo_axis_f32_t *axis, uint32_t direction)
+static tribo_feedforward_learned_t axis_learned(const tribo_axis_f32_t *axis, uint32_t direction)
 {
-    const tribo_axis_f32_params_t *const  params  = axis->active;
-    const tribo_feedforward_f32_learned_t learned = tribo_feedforward_f32_learned(&params->loop.compensator.friction,
-                                                                                  &axis->memory.state,
-                                                                                  direction,
-                                                                                  params->usual_force_n);
-    return (axis_learned_t){learned.L_n,
-                            learned.relative_variance,
-                            learned.travel_n,
-                            learned.stays_at_bound,
-                            learned.harms};
+    return tribo_feedforward_f32_learned(&axis->active->loop,
+                                         &axis->memory.state,
+                                         direction,
+                                         axis->active->usual_force_n);
 }
 
-static float axis_times_less(const tribo_axis_f32_t *axis)
+/// An FPU learns in the tick.
+static void axis_learn_at_once(tribo_axis_f32_t *axis)
 {
-    const float ratio = axis->memory.state.monitor.ratio;
-    return ratio > 0.0f ? 1.0f / ratio : 0.0f;
+    (void)tribo_feedforward_f32_learn(&axis->active->loop, &axis->memory);
 }
 
 static float axis_share(const tribo_axis_f32_t *axis)

@@ -5,7 +5,6 @@
 #include "axis_config.h"
 
 #define BLOB_VERSION TRIBO_AXIS_Q31_BLOB_VERSION
-#define LEARNED_UNIT (1.0f / 536870912.0f)  // Q29
 #define PART_UNIT    (1.0f / 2147483648.0f) // Q31
 
 static tribo_status_t axis_make_loop(tribo_axis_q31_params_t       *made,
@@ -30,26 +29,17 @@ static tribo_status_t axis_make_guard(tribo_axis_q31_params_t        *made,
     return tribo_guard_q31_init(&made->guard, guard, sample_time_s, full_scale_n);
 }
 
-static axis_learned_t axis_learned(const tribo_axis_q31_t *axis, uint32_t direction)
+static tribo_feedforward_learned_t axis_learned(const tribo_axis_q31_t *axis, uint32_t direction)
 {
     const tribo_axis_q31_params_t *const params = axis->active;
-    const float                          unit_n = params->full_scale_n * LEARNED_UNIT;
     const int32_t force = (int32_t)(params->usual_force_n / params->full_scale_n * 2147483520.0f);
-    const tribo_feedforward_q31_learned_t learned =
-        tribo_feedforward_q31_learned(&params->loop.compensator.friction, &axis->memory.state, direction, force);
-    // By halves: a conversion of 64 bits is a function that not every linker has.
-    const float travel = (float)(uint32_t)(learned.travel >> 32) * 4294967296.0f + (float)(uint32_t)learned.travel;
-    return (axis_learned_t){(float)learned.L * unit_n,
-                            (float)learned.relative_variance * PART_UNIT,
-                            travel * unit_n,
-                            learned.stays_at_bound,
-                            learned.harms};
+    return tribo_feedforward_q31_learned(&params->loop, &axis->memory.state, direction, force);
 }
 
-static float axis_times_less(const tribo_axis_q31_t *axis)
+/// tribo_axis_q31_learn does, in the background.
+static void axis_learn_at_once(tribo_axis_q31_t *axis)
 {
-    const float ratio = (float)axis->memory.state.monitor.ratio * LEARNED_UNIT;
-    return ratio > 0.0f ? 1.0f / ratio : 0.0f;
+    (void)axis;
 }
 
 static float axis_share(const tribo_axis_q31_t *axis)
@@ -69,4 +59,9 @@ tribo_status_t tribo_axis_q31_prepare(tribo_axis_q31_params_t       *next,
                                       float                          full_scale_n)
 {
     return prepare(next, config, full_scale_n);
+}
+
+bool tribo_axis_q31_learn(tribo_axis_q31_t *axis)
+{
+    return axis->active != NULL && tribo_feedforward_q31_learn(&axis->active->loop, &axis->memory);
 }

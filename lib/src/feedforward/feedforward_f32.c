@@ -1,29 +1,29 @@
 #include "tribo/feedforward_f32.h"
 
-#include "../number/first_order_f32.h"
 #include "../number/ranges.h"
-#include "bank_f32.h"
-#include "constants.h"
-#include "feedback.h"
-#include "learning_f32.h"
+#include "learner.h"
+#include "words_f32.h"
 
-#include <stddef.h>
+#include "reference.h"
 
 #define ROW(...) PARAMETERS_ROW(tribo_feedforward_f32_config_t, __VA_ARGS__)
 const tribo_parameter_t tribo_feedforward_parameters[] = {TRIBO_FEEDFORWARD_PARAMETERS(ROW)};
 #undef ROW
 
-/// B.
-static float breakaway_of(const tribo_friction_f32_params_t *friction, float usual_force_n)
-{
-    return bank_f32_prior(friction, usual_force_n).L_n;
-}
-
-/// tau.
-static float lag_of(float actuator_pole_rad_per_s, const tribo_arm_f32_config_t *arm)
-{
-    return 1.0f / actuator_pole_rad_per_s + arm->damping / arm->stiffness;
-}
+#define REVERSAL   (1.0f / 314.0f) // w of B
+#define PRESLIDING (1.0f / 11.0f)  // d of B
+#define STOP_RATIO 0.375f          // d_1 of d
+#define JUMP_TIME  2.1f            // T_j of tau
+#define JUMP_LAG   1.5f            // of T_j, that z lags behind the stops
+#define FORGETTING 0.0157f         // Q of 1/B
+#define SLOW_S     0.3f            // means of noise and error; chatter is quicker
+#define SLOW_TICKS 100.0f          // of noise, at least
+#define FAST       0.8f            // T_y of tau
+#define FAST_TICKS 5.0f            // at least
+#define STEP       4000.0f         // w a second, from which on r steps
+#define LEAK       1000.0f         // tau in which b fades
+#define SAMPLE     10.0f           // ticks
+#define OFFSET_MAX 4.0f            // |b| of input_max
 
 static float or_derived(float given, float derived)
 {
@@ -35,18 +35,6 @@ static uint32_t ticks(float time_s, float sample_time_s)
 {
     const uint32_t nearest = (uint32_t)(time_s / sample_time_s + 0.5f);
     return nearest > 0u ? nearest : 1u;
-}
-
-/// `config` with its derived numbers.
-static tribo_feedforward_f32_config_t derived(const tribo_feedforward_f32_config_t *config, float B, float lag_s)
-{
-    tribo_feedforward_f32_config_t made = *config;
-
-    made.reversal_n       = or_derived(config->reversal_n, B * FEEDFORWARD_REVERSAL);
-    made.presliding_n     = or_derived(config->presliding_n, B * FEEDFORWARD_PRESLIDING);
-    made.jump_time_s      = or_derived(config->jump_time_s, FEEDFORWARD_JUMP_TIME * lag_s);
-    made.forgetting_per_n = or_derived(config->forgetting_per_n, FEEDFORWARD_FORGETTING / B);
-    return made;
 }
 
 tribo_feedforward_f32_config_t tribo_feedforward_f32_default(void)
@@ -92,60 +80,56 @@ static tribo_status_t check(const tribo_feedforward_f32_config_t *config,
     return within(input_max_n, FLT_MIN, TRIBO_F32_FORCE_MAX_N) ? TRIBO_OK : TRIBO_ERR_INPUT_MAX;
 }
 
-/// What follows the reference, for breakaway B and lag tau.
+/// What follows the reference, for lag tau.
 static void set_reference(tribo_feedforward_f32_params_t       *made,
-                          const tribo_feedforward_f32_config_t *used,
+                          const tribo_feedforward_f32_config_t *config,
                           float                                 B,
                           float                                 lag,
                           float                                 h)
 {
-    float d = used->presliding_n;
-    for (uint32_t j = TRIBO_FEEDFORWARD_STOPS; j > 0u; j--)
-    {
-        made->stop_per_n[j - 1u] = 1.0f / d;
-        d *= FEEDFORWARD_STOP_RATIO;
-    }
-    made->reversal_n    = used->reversal_n;
-    made->jump          = limit_f32(2.0f * h / used->jump_time_s, 0.0f, 2.0f);
-    made->lead          = used->jump_lead / (used->actuator_pole_rad_per_s * h);
-    made->distrust      = 1.0f - used->trust;
-    made->lag_s         = lag;
-    made->noise_part    = h / larger(FEEDFORWARD_NOISE_TIME, FEEDFORWARD_NOISE_TICKS * h);
-    made->noise_floor_n = FEEDFORWARD_NOISE_FLOOR * used->reversal_n;
-    made->rate_hz       = 1.0f / h;
-    made->rate_part     = first_order_f32_lag(larger(FEEDFORWARD_RATE_TIME * lag, FEEDFORWARD_RATE_TICKS * h), h);
-    made->step_n        = B / FEEDFORWARD_STEP_TIME * h;
+    const float jump_s  = or_derived(config->jump_time_s, JUMP_TIME * lag);
+    made->reversal      = or_derived(config->reversal_n, REVERSAL * B);
+    made->jump          = limit_f32(2.0f * h / jump_s, 0.0f, 2.0f);
+    made->lead_gain     = config->jump_lead / (config->actuator_pole_rad_per_s * h);
+    made->lag_gain      = lag / h;
+    made->step          = STEP * REVERSAL * B * h;
+    made->noise_floor   = 0.002f * made->reversal;
+    made->noise_part    = first_order_f32_lag(larger(SLOW_S, SLOW_TICKS * h), h);
+    made->slow_part     = first_order_f32_lag(SLOW_S, h);
+    made->fast_part     = first_order_f32_lag(larger(FAST * lag, FAST_TICKS * h), h);
     made->lag_part      = first_order_f32_lag(lag, h);
-    made->actuator_part = first_order_f32_part(used->actuator_pole_rad_per_s * h);
-    made->sensor_part   = first_order_f32_part(used->sensor_pole_rad_per_s * h);
-    made->still_ticks   = used->still_time_s > 0.0f ? ticks(used->still_time_s, h) : 0u;
-    made->quick_ticks   = ticks(FEEDFORWARD_QUICK_TIME, h);
-    made->deadband_part = first_order_f32_lag(FEEDFORWARD_DEADBAND_TIME, h);
+    made->actuator_part = first_order_f32_part(config->actuator_pole_rad_per_s * h);
+    made->sensor_part   = first_order_f32_part(config->sensor_pole_rad_per_s * h);
+    made->leak_part     = first_order_f32_lag(LEAK * lag, SAMPLE * h);
+    made->trust         = config->trust;
+    made->still_ticks   = config->still_time_s > 0.0f ? ticks(config->still_time_s, h) : 0u;
+    made->quick_ticks   = ticks(SLOW_S, h);
+
+    made->learning.reversal_n = made->reversal;
+    made->learning.jump_lag   = JUMP_LAG * jump_s / (SAMPLE * h);
 }
 
-/// What measures, learns and judges friction.
-static void set_learning(tribo_feedforward_f32_params_t       *made,
-                         const tribo_feedforward_f32_config_t *used,
-                         float                                 B,
-                         float                                 lag,
-                         float                                 h)
+/// What learns. S are the prior's deviations.
+static void set_learning(tribo_feedforward_f32_params_t *made, const tribo_feedforward_f32_config_t *config, float B)
 {
-    const float sample_s = (float)FEEDFORWARD_STAGES * h;
-    made->observer_part =
-        first_order_f32_lag(larger(FEEDFORWARD_OBSERVER_TIME * lag, FEEDFORWARD_OBSERVER_TICKS * h), h);
-    made->jump_lag         = FEEDFORWARD_JUMP_LAG / sample_s;
-    made->measured_per_n   = 2.0f / used->reversal_n;
-    made->travel_half_n    = 0.5f * FEEDFORWARD_TRAVEL_WIDTH * used->reversal_n;
-    made->slip_n           = B / FEEDFORWARD_SLIP_TIME * sample_s;
-    made->travel_max_n     = B * FEEDFORWARD_TRAVEL_MAX;
-    made->weighing_n       = B * FEEDFORWARD_WEIGHING;
-    made->doubt_per_n      = 1.0f / (B * FEEDFORWARD_DOUBT_TRAVEL);
-    made->margin_per_n     = 1.0f / (B * FEEDFORWARD_MARGIN_TRAVEL);
-    made->forgetting_per_n = used->forgetting_per_n;
-    made->constant_sd_n    = B * FEEDFORWARD_CONSTANT_SD;
-    made->constant_max_n   = B;
-    made->effort_part      = first_order_f32_lag(FEEDFORWARD_EFFORT_TIME, sample_s);
-    made->effort_half_n    = 0.5f * FEEDFORWARD_EFFORT_WIDTH * B;
+    tribo_feedforward_learning_t *const learning = &made->learning;
+
+    const float d      = or_derived(config->presliding_n, PRESLIDING * B);
+    made->stop_gain[0] = 1.0f / (STOP_RATIO * d);
+    made->stop_gain[1] = 1.0f / d;
+
+    learning->breakaway_n      = B;
+    learning->per_n[0]         = 2.0f / made->reversal;
+    learning->per_n[1]         = made->stop_gain[0];
+    learning->per_n[2]         = made->stop_gain[1];
+    learning->deviation[0]     = 0.4f;
+    learning->deviation[1]     = 0.55f;
+    learning->deviation[2]     = 0.55f;
+    learning->deviation[3]     = 0.3f * B;
+    learning->deviation[4]     = 0.1f;
+    learning->forgetting_per_n = or_derived(config->forgetting_per_n, FORGETTING / B);
+    learning->trust            = config->trust;
+    learning->unit_n           = 1.0f;
 }
 
 tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *params,
@@ -165,87 +149,43 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
     {
         return status;
     }
-    const float                          B    = breakaway_of(friction, usual_force_n);
-    const float                          lag  = lag_of(config->actuator_pole_rad_per_s, arm);
-    const tribo_feedforward_f32_config_t used = derived(config, B, lag);
-    tribo_feedforward_f32_params_t       made = {.input_max_n  = input_max_n,
-                                                 .offset_max_n = FEEDFORWARD_OFFSET_MAX * input_max_n,
-                                                 .damping      = arm->damping / arm->stiffness / sample_time_s};
-    set_reference(&made, &used, B, lag, sample_time_s);
-    set_learning(&made, &used, B, lag, sample_time_s);
+    const prior_t                  usual = prior_of(friction, usual_force_n);
+    const float                    lag  = 1.0f / config->actuator_pole_rad_per_s + arm->damping / arm->stiffness; // tau
+    tribo_feedforward_f32_params_t made = {.input_max    = input_max_n,
+                                           .offset_max   = OFFSET_MAX * input_max_n,
+                                           .damping_gain = arm->damping / arm->stiffness / sample_time_s};
+    set_reference(&made, config, usual.L, lag, sample_time_s);
+    set_learning(&made, config, usual.L);
     *params = made;
     return TRIBO_OK;
 }
 
-void tribo_feedforward_f32_reset(tribo_feedforward_f32_state_t *state)
+tribo_status_t tribo_force_loop_feedforward_f32_init(tribo_force_loop_f32_params_t        *params,
+                                                     tribo_feedforward_f32_params_t       *feedforward,
+                                                     const tribo_force_loop_f32_config_t  *config,
+                                                     const tribo_feedforward_f32_config_t *feedforward_config)
 {
-    *state = (tribo_feedforward_f32_state_t){.mode = TRIBO_FEEDFORWARD_RESTART};
-    learning_f32_forget(&state->learned);
-}
-
-tribo_feedforward_f32_learned_t tribo_feedforward_f32_learned(const tribo_friction_f32_params_t   *friction,
-                                                              const tribo_feedforward_f32_state_t *state,
-                                                              uint32_t                             direction,
-                                                              float                                force_n)
-{
-    const tribo_feedforward_weights_f32_t *const learned = &state->learned;
-
-    const float            force  = exceeds(force_n, TRIBO_F32_FORCE_MAX_N) ? 0.0f : force_n;
-    const bank_f32_prior_t prior  = bank_f32_prior(friction, force);
-    const float            sign   = (direction & 1u) == TRIBO_BREAKAWAY_POSITIVE ? 1.0f : -1.0f;
-    const float            load   = sign * (prior.load_n + bank_f32_load(learned, force) + friction->gravity_n);
-    const float            V      = learned->weight[0];
-    const bool             inside = V > FEEDFORWARD_WEIGHT_LOW && V < FEEDFORWARD_WEIGHT_MAX;
-    return (tribo_feedforward_f32_learned_t){
-        .L_n               = larger(V * prior.L_n + load, FEEDFORWARD_LEARNED_MIN * V * prior.L_n),
-        .relative_variance = learning_f32_relative_variance(learned, &state->learning, sign),
-        .travel_n          = learned->travel_n,
-        .at_bound          = !inside,
-        .stays_at_bound    = tribo_feedforward_stays_at_bound(state->at_bound),
-        .harms             = state->monitor.feedback.harms != 0u,
-        .forgotten         = state->forgotten};
-}
-
-void tribo_feedforward_f32_restore(tribo_feedforward_f32_state_t *state)
-{
-    state->at_bound      = 0;
-    state->monitor.ratio = 0.0f;
-    feedback_restore(&state->monitor.feedback);
-}
-
-void tribo_force_loop_feedforward_f32_attach(tribo_force_loop_f32_state_t   *state,
-                                             tribo_feedforward_f32_memory_t *memory)
-{
-    state->memory      = memory;
-    state->memory_seal = ~(uintptr_t)memory;
-    if (memory != NULL)
+    tribo_force_loop_f32_params_t made;
+    if (params == NULL)
     {
-        memory->signals    = (tribo_feedforward_f32_signals_t){.e_n = 0.0f};
-        memory->state.mode = TRIBO_FEEDFORWARD_RESTART;
-        memory->state.tick = (tribo_force_loop_f32_tick_t){.has_e = false};
-        memory->motion     = (tribo_feedforward_f32_motion_t){.sign = 0};
+        return TRIBO_ERR_NULL;
     }
-}
-
-tribo_feedforward_f32_config_t tribo_feedforward_f32_tuned(const tribo_feedforward_f32_rig_t *rig)
-{
-    tribo_feedforward_f32_config_t config = tribo_feedforward_f32_default();
-    config.actuator_pole_rad_per_s        = rig->actuator_pole_rad_per_s;
-    config.sensor_pole_rad_per_s          = rig->sensor_pole_rad_per_s;
-    return derived(&config,
-                   breakaway_of(rig->friction, rig->usual_force_n),
-                   lag_of(rig->actuator_pole_rad_per_s, rig->arm));
-}
-
-tribo_guard_f32_config_t tribo_guard_f32_tuned(const tribo_feedforward_f32_rig_t *rig)
-{
-    const float              B     = breakaway_of(rig->friction, rig->usual_force_n);
-    tribo_guard_f32_config_t tuned = tribo_guard_f32_default();
-
-    tuned.turn_n       = B / 3.14f;
-    tuned.stray_n      = larger(B / 15.7f, 8.0f * rig->noise_n);
-    tuned.quick_time_s = limit_f32(16.0f * lag_of(rig->actuator_pole_rad_per_s, rig->arm),
-                                   20.0f * rig->sample_time_s,
-                                   1.0e5f * rig->sample_time_s); // the guard's own bound
-    return tuned;
+    tribo_status_t status = tribo_force_loop_f32_init(&made, config);
+    if (status == TRIBO_OK)
+    {
+        status = tribo_feedforward_f32_init(feedforward,
+                                            feedforward_config,
+                                            &config->compensator.arm,
+                                            &made.compensator.friction,
+                                            config->input_max_n,
+                                            tribo_force_loop_f32_usual_force_n(config),
+                                            config->sample_time_s);
+    }
+    if (status == TRIBO_OK)
+    {
+        *params = made;
+        tribo_feedforward_f32_set_method(feedforward);
+        params->method = &feedforward->method;
+    }
+    return status;
 }

@@ -35,7 +35,9 @@ float tribo_axis_step(tribo_axis_t *axis, float r, float y)
     axis->loop.memory_seal = ~(uintptr_t)axis->loop.memory;
     axis->loop.guard       = &axis->guard;
     axis->loop.guard_seal  = ~(uintptr_t)axis->loop.guard;
-    return tribo_force_loop_f32_step(&rig_params, &axis->loop, r, y, NULL);
+    const float u          = tribo_force_loop_f32_step(&rig_params, &axis->loop, r, y, NULL);
+    tribo_feedforward_f32_learn(&rig_params, &axis->memory);
+    return u;
 }
 
 int tribo_axis_guard(const tribo_axis_t *axis)

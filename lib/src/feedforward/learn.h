@@ -1,0 +1,106 @@
+// The memory and its learner, not for the tick: one text for both arithmetics, after words_f32.h or words_q31.h and reference.h.
+
+// Member by member, as accesses to volatile objects keep their order.
+static void read_sample(const params_t *p, const volatile FEED(sample_t) * from, learner_sample_t *sample)
+{
+    const tribo_feedforward_learning_t *const in = &p->learning;
+
+    sample->travelled_n = newtons(in, from->travelled);
+    sample->friction_n  = newtons(in, from->friction);
+    sample->noise_n     = newtons(in, from->noise);
+    sample->effort_n    = newtons(in, from->effort);
+    sample->need_n      = newtons(in, from->need);
+    sample->flips       = from->flips;
+    sample->turns       = from->turns;
+    sample->chatter     = from->chatter;
+    sample->learns      = from->learns != 0u;
+    sample->moves       = from->moves != 0u;
+    sample->starts      = from->starts != 0u;
+}
+
+static void write_result(volatile weights_t *to, const weights_t *w)
+{
+    to->sliding  = w->sliding;
+    to->constant = w->constant;
+    to->scale    = w->scale;
+    to->trust    = w->trust;
+    to->turned   = w->turned;
+    to->kept     = w->kept;
+    to->fed_back = w->fed_back;
+    to->seal     = seal_of(w);
+    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_WEIGHTS; j++)
+    {
+        to->use[j] = w->use[j];
+    }
+}
+
+bool FEED(learn)(const loop_params_t *loop, memory_t *memory)
+{
+    const params_t *const p = FEED(of)(loop);
+    state_t *const        x = &memory->state;
+    if (p == NULL || x->exchange.owner != TRIBO_FEEDFORWARD_OWNER_LEARNER)
+    {
+        return false;
+    }
+    const force_t    force  = x->exchange.sample.force;
+    const prior_t    prior  = prior_of(&loop->compensator.friction, force);
+    learner_sample_t sample = {.force_n = newtons(&p->learning, force),
+                               .L_n     = newtons(&p->learning, prior.L),
+                               .load_n  = newtons(&p->learning, prior.load)};
+    read_sample(p, &x->exchange.sample, &sample);
+
+    tribo_feedforward_f32_weights_t result;
+    tribo_learner_step(&p->learning, &x->learner, &sample, &result);
+    const weights_t used = taken(&p->learning, &result);
+    write_result(&x->exchange.result, &used);
+    x->exchange.owner = TRIBO_FEEDFORWARD_OWNER_RESULT;
+    return true;
+}
+
+void FEED(reset)(state_t *state)
+{
+    *state = (state_t){.mode = TRIBO_FEEDFORWARD_RESTART};
+    tribo_learner_forget(&state->learner);
+}
+
+void LOOP_FEED(attach)(LOOP(state_t) * state, memory_t *memory)
+{
+    state->memory      = memory;
+    state->memory_seal = ~(uintptr_t)memory;
+    if (memory != NULL)
+    {
+        memory->state.mode = TRIBO_FEEDFORWARD_RESTART;
+        memory->state.tick = (LOOP(tick_t)){.has_e = false};
+        memory->motion     = (FEED(motion_t)){.sign = 0};
+    }
+}
+
+tribo_feedforward_learned_t FEED(learned)(const loop_params_t *params,
+                                          const state_t       *state,
+                                          uint32_t             direction,
+                                          force_t              force)
+{
+    const tribo_feedforward_learning_t *const learning = &params_of(params)->learning;
+    const friction_params_t *const            friction = &params->compensator.friction;
+
+    const force_t         at    = is_credible(force, CREDIBLE_N) ? inside(force) : 0;
+    const prior_t         prior = prior_of(friction, at);
+    const learner_place_t place = {.sign      = (direction & 1u) == TRIBO_BREAKAWAY_POSITIVE ? 1.0f : -1.0f,
+                                   .force_n   = newtons(learning, at),
+                                   .L_n       = newtons(learning, prior.L),
+                                   .load_n    = newtons(learning, plus(prior.load, inside(friction->MEMBER(gravity)))),
+                                   .late      = state->late,
+                                   .forgotten = state->forgotten};
+    return tribo_learner_readout(learning, &state->learner, &place);
+}
+
+void FEED(restore)(state_t *state)
+{
+    weights_t *const w = &state->weights;
+    if (w->seal == seal_of(w))
+    {
+        w->fed_back = 0;
+        w->seal     = seal_of(w);
+    }
+    tribo_learner_restore(&state->learner);
+}

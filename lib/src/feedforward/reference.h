@@ -1,0 +1,198 @@
+// What the feed-forward with and without a force sensor share: following the reference, and the model of the path. One text for both
+// arithmetics, after words_f32.h or words_q31.h. docs/feedforward.md has the symbols. Not synchronized: one state, one tick.
+
+typedef FEED(params_t) params_t;
+typedef FEED(state_t) state_t;
+typedef FEED(memory_t) memory_t;
+typedef FEED(weights_t) weights_t;
+typedef LOOP(params_t) loop_params_t;
+
+/// Makes `params` those of the method with a sensor. In its source, as the address of another's function needs a table.
+void FEED(set_method)(params_t *params);
+
+/// The params of which `loop->method` is the first member.
+static inline const params_t *params_of(const loop_params_t *loop)
+{
+    return (const params_t *)loop->method;
+}
+
+static inline bool is_running(const state_t *x)
+{
+    return x->mode >= TRIBO_FEEDFORWARD_START && x->mode <= TRIBO_FEEDFORWARD_HOLD;
+}
+
+static inline int8_t sign_of(force_t x)
+{
+    return (int8_t)((x > 0) - (x < 0));
+}
+
+/// x in a direction; 0 without one. A product would overflow with a corrupt sign.
+static inline force_t along(int8_t sign, force_t x)
+{
+    return sign > 0 ? x : sign < 0 ? minus(0, x) : 0;
+}
+
+/// x within low to high; a NaN becomes low, so that a corrupt state recovers.
+static inline force_t clamp(force_t x, force_t low, force_t high)
+{
+    if (!(x >= low))
+    {
+        return low;
+    }
+    return x > high ? high : x;
+}
+
+static inline force_t clamp_of(force_t x, force_t most)
+{
+    return clamp(x, -most, most);
+}
+
+/// A play: x stays unless `at` takes it along.
+static inline force_t play(force_t x, force_t at, force_t half)
+{
+    return clamp(x, minus(at, half), plus(at, half));
+}
+
+static inline void count_up(uint32_t *counter)
+{
+    *counter += *counter < UINT32_MAX ? 1u : 0u;
+}
+
+static inline void count_few(uint8_t *counter)
+{
+    *counter = (uint8_t)(*counter < UINT8_MAX ? *counter + 1u : UINT8_MAX);
+}
+
+/// The bits of what the tick uses of what is learned; ~, so that no zeroed memory is sound.
+static inline uint32_t seal_of(const weights_t *x)
+{
+    uint32_t bits = bits_of(x->sliding) ^ bits_of(x->constant) ^ bits_of(x->scale) ^ bits_of(x->turned);
+    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_WEIGHTS; j++)
+    {
+        bits ^= bits_of(x->use[j]);
+    }
+    return ~(bits ^ bits_of((force_t)x->trust) ^ bits_of((force_t)x->kept) ^ x->fed_back);
+}
+
+/// Nothing learned.
+static inline void forget_weights(const params_t *p, weights_t *x)
+{
+    *x      = (weights_t){.sliding = NUMBER(1.0),
+                          .use     = {NUMBER(1.0)},
+                          .trust   = p->trust,
+                          .turned  = NUMBER(1.0),
+                          .kept    = PART(0.99999994)};
+    x->seal = seal_of(x);
+}
+
+/// At rest at force `at` with reference r. Beside a running controller b takes over so that u goes on. What is learned stays.
+static inline void rest_at(const params_t *p, state_t *x, force_t r, force_t at)
+{
+    const bool enters = x->mode == TRIBO_FEEDFORWARD_ENTER;
+    if (x->weights.seal != seal_of(&x->weights))
+    {
+        forget_weights(p, &x->weights);
+    }
+    x->mode      = TRIBO_FEEDFORWARD_START;
+    x->rule      = enters ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    x->sign      = 0;
+    x->limited   = 0;
+    x->flips     = false;
+    x->r[0]      = r;
+    x->r[1]      = r;
+    x->reached   = at;
+    x->turned    = at;
+    x->r_noise   = 0;
+    x->rate      = 0;
+    x->behind[0] = 0;
+    x->behind[1] = 0;
+    x->sigma     = 0;
+    x->b         = 0;
+    x->f         = 0;
+    x->v         = 0;
+}
+
+/// What the loop reads of this tick.
+static inline void tell(state_t *x, force_t e, force_t y, force_t friction)
+{
+    x->tick.MEMBER(e)        = outside(e);
+    x->tick.MEMBER(y)        = outside(y);
+    x->tick.MEMBER(friction) = outside(friction);
+    x->tick.has_e            = is_running(x);
+    x->tick.has_y            = x->tick.has_e;
+}
+
+/// A corrupt state starts anew, and u goes on. What is learned has a checksum of its own.
+static inline void start_anew(const params_t *p, state_t *x)
+{
+    if (x->weights.seal != seal_of(&x->weights))
+    {
+        forget_weights(p, &x->weights);
+    }
+    x->mode              = TRIBO_FEEDFORWARD_ENTER;
+    x->tick.MEMBER(term) = is_credible(inside(x->tick.MEMBER(term)), p->offset_max) ? x->tick.MEMBER(term) : 0;
+    tell(x, 0, 0, 0);
+    count_up(&x->forgotten);
+}
+
+/// After a change of params: the next tick shall add `term`.
+static inline void enter_at(state_t *x, force_t term, bool anew)
+{
+    if (x->mode == TRIBO_FEEDFORWARD_RESTART && !anew)
+    {
+        return; // still at rest
+    }
+    const bool goes_on   = is_running(x) && !anew;
+    x->mode              = (uint8_t)(goes_on ? x->mode : TRIBO_FEEDFORWARD_ENTER);
+    x->rule              = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    x->tick.MEMBER(term) = is_credible(term, CREDIBLE_N) ? term : 0;
+    x->tick.has_e        = goes_on;
+}
+
+/// The mean second difference of `now` and the two values before it. Each tick counts at most four times the mean, so that reversals and
+/// steps are not noise.
+static inline force_t noise_of(const params_t *p, force_t mean, force_t now, force_t last[2])
+{
+    const force_t second = finer(size_of(minus(minus(now, last[0]), minus(last[0], last[1]))));
+    const force_t most   = plus(gained(mean, GAIN(4.0)), p->noise_floor);
+    last[1]              = last[0];
+    last[0]              = now;
+    return low_pass(mean, second < most ? second : most, p->noise_part);
+}
+
+/// What follows r in a tick.
+typedef struct
+{
+    force_t moved;  ///< rs, in this tick
+    force_t turned; ///< rp', likewise
+    force_t width;  ///< W, of a reversal
+    bool    step;
+} follow_t;
+
+/// Steps 2 and 3: rs follows r, but not further into a limit of u; its rate; its sign, of its last move by more than W.
+static inline follow_t follow(const params_t *p, state_t *x, force_t r)
+{
+    x->r_noise           = noise_of(p, x->r_noise, r, x->r);
+    const force_t width  = plus(p->reversal, coarser(gained(x->r_noise, GAIN(4.0))));
+    const force_t wanted = minus(r, x->reached);
+    const force_t moved  = sign_of(wanted) * x->limited > 0 ? 0 : wanted;
+    const bool    step   = size_of(moved) > p->step;
+    const force_t before = x->turned;
+    const int8_t  sign   = x->sign;
+    x->reached           = bounded(plus(x->reached, moved));
+    x->rate              = low_pass(x->rate, step ? 0 : finer(moved), p->fast_part);
+    x->turned            = play(before, x->reached, width / 2);
+    const force_t turned = minus(x->turned, before);
+    x->sign              = turned != 0 ? sign_of(turned) : sign;
+    x->flips             = x->sign != sign;
+    return (follow_t){.moved = moved, .turned = turned, .width = width, .step = step};
+}
+
+/// Step 4: the lead of lin before rs, less where r is noisy, as that has no reliable rate; and the model of the path, as distances from rs.
+static inline force_t lead_of(const params_t *p, state_t *x, const follow_t *now, force_t rate)
+{
+    const force_t ahead = bounded(gained(times(rate, over(p->reversal, now->width)), p->lag_gain));
+    x->behind[0]        = low_pass(minus(x->behind[0], now->moved), ahead, p->lag_part);
+    x->behind[1]        = low_pass(minus(x->behind[1], now->moved), x->behind[0], p->sensor_part);
+    return ahead;
+}

@@ -1,0 +1,334 @@
+// The feed-forward without a force sensor: "Without a force sensor" of docs/feedforward.md. One text for both arithmetics, after
+// words_f32.h or words_q31.h and reference.h.
+//
+// From a reversal of the motion to the next no kinetic energy is left over. So u does the work of friction and load alone:
+//
+//     W = integral of z dx = V l |X| + c X          z = u_1 - D          X: of a slide, with its sign
+//
+// and two slides, one in each direction, tell V and c apart.
+
+#define TRAVEL_MIN   16.0f               // X_min, widths
+#define WEIGHING     32.0f               // R_x, widths
+#define GAIN_MOST    0.5f                // g_0
+#define TICKS_MAX    (UINT32_C(1) << 20) // of a slide that counts
+#define SLIDING_MOST 4.0f
+
+typedef FEED(motion_t) motion_t;
+typedef FEED(effort_t) effort_t;
+typedef ESTIMATE(t) estimate_t;
+
+/// The sign of the last motion beyond a width: `moves` of it through a play.
+static int32_t push(number_t *slack, number_t moves)
+{
+    const number_t wanted = plus(*slack, moves);
+    *slack                = is_credible(wanted, FASTEST) ? clamp_of(wanted, NUMBER(0.5)) : 0;
+    return size_of(wanted) > NUMBER(0.5) ? sign_of(wanted) : 0;
+}
+
+void JOINT(motion)(memory_t *memory, number_t intended, number_t measured)
+{
+    motion_t *const motion = &memory->motion;
+
+    const int32_t first  = push(&motion->slack[0], intended);
+    const int32_t second = push(&motion->slack[1], measured);
+    const int32_t sign   = first != 0 || intended > 0 || intended < 0 ? first : second; // at rest: the measured
+    motion->sign         = (int8_t)(sign != 0 ? sign : motion->sign);
+    motion->is_known     = 1;
+    motion->measured     = measured;
+}
+
+/// V.
+static number_t weight_of(const memory_t *memory)
+{
+    return memory->motion.was_known != 0u ? memory->state.weights.sliding : NUMBER(1.0);
+}
+
+/// Two slides, `work` and `prior` of this one a width: V_0 and c_0.
+static void learn_of_two(const params_t *p, memory_t *memory, float travel, float work, float prior)
+{
+    const tribo_feedforward_learning_t *const learning = &p->learning;
+    const effort_t *const                     x        = &memory->motion.effort;
+    tribo_feedforward_learner_t *const        learner  = &memory->state.learner;
+
+    const float now   = magnitude(travel);
+    const float last  = magnitude(x->last_travel);
+    const float delta = now < last ? now : last;
+    const float gain  = GAIN_MOST * delta / (delta + WEIGHING);
+    const float V     = limit_f32((work + x->last_work) / (prior + x->last_prior), 0.0f, SLIDING_MOST);
+    const float net   = work - x->last_work - V * (prior - x->last_prior);
+    const float c     = x->side < 0 ? -0.5f * net : 0.5f * net;
+    tribo_learner_take(learning, learner, V, c, gain, delta * learning->reversal_n, now * learning->reversal_n);
+
+    tribo_feedforward_f32_weights_t learned = {.sliding = tribo_learner_sliding(learning, learner), .trust = 1.0f};
+    memory->state.weights                   = taken(learning, &learned);
+    memory->state.weights.seal              = seal_of(&memory->state.weights);
+}
+
+/// A slide ends.
+static void end_slide(const params_t *p, memory_t *memory)
+{
+    effort_t *const x = &memory->motion.effort;
+
+    const float slid   = number_of_sum(x->travel);
+    const float travel = x->side < 0 ? -slid : slid;
+    if (x->ticks >= TICKS_MAX || !(travel >= TRAVEL_MIN))
+    {
+        return;
+    }
+    const float work  = newtons_of_sum(&p->learning, x->work) / travel;
+    const float prior = newtons_of_sum(&p->learning, x->prior) / slid *
+                        (1.0f + 2.0f / travel); // back by a width: friction there and back
+    if (!(prior > 0.0f) || exceeds(work, TRIBO_F32_FORCE_MAX_N))
+    {
+        return;
+    }
+    if (x->last_travel * slid < 0.0f)
+    {
+        learn_of_two(p, memory, slid, work, prior);
+    }
+    x->last_travel = slid;
+    x->last_work   = work;
+    x->last_prior  = prior;
+}
+
+/// What another loop's effort teaches, in a tick with a known motion.
+static void slide(const params_t *p, memory_t *memory, const prior_t *prior)
+{
+    effort_t *const x = &memory->motion.effort;
+
+    const bool     beyond = !is_credible(memory->motion.measured, FASTEST);
+    const number_t moved  = low_pass(x->moved, beyond ? 0 : memory->motion.measured, p->fast_part);
+    const force_t  effort = low_pass(x->effort, minus(memory->state.actuator, prior->load), p->fast_part);
+    x->moved              = is_credible(moved, FASTEST) ? moved : 0;
+    x->effort             = is_credible(effort, CREDIBLE_N) ? bounded(effort) : 0;
+
+    const number_t wanted = plus(x->slack, x->moved);
+    x->slack              = clamp_of(wanted, NUMBER(0.5));
+    const int8_t sign     = sign_of(minus(wanted, x->slack));
+    if (sign != 0 && sign != x->side)
+    {
+        end_slide(p, memory);
+        x->side   = sign;
+        x->ticks  = 0;
+        x->travel = 0;
+        x->work   = 0;
+        x->prior  = 0;
+    }
+    x->ticks = beyond ? TICKS_MAX : x->ticks;
+    if (x->ticks < TICKS_MAX)
+    {
+        x->ticks++;
+        x->travel = added(x->travel, x->moved);
+        x->work   = added(x->work, times(x->effort, x->moved));
+        x->prior  = added(x->prior, times(prior->L, x->moved));
+    }
+}
+
+/// The direction that friction opposes: that of rs, unless the motion is known in this tick.
+static int8_t direction(memory_t *memory, int8_t before)
+{
+    if (memory->motion.is_known == 0u)
+    {
+        return memory->state.sign;
+    }
+    memory->motion.is_known = 0;
+    return memory->motion.sign != 0 ? sign_of(memory->motion.sign) : before;
+}
+
+/// Friction of V, at `level` of the configured breakaway. b takes what V changes, from `V_before` on.
+static void oppose(const params_t *p, memory_t *memory, force_t level, number_t V_before)
+{
+    state_t *const x = &memory->state;
+
+    const number_t V      = weight_of(memory);
+    const number_t before = clamp_of(x->sigma, NUMBER(1.0));
+    const number_t left   = clamp_of(minus(along(x->sign, NUMBER(1.0)), before), p->jump);
+    x->sigma              = clamp_of(plus(before, left), NUMBER(1.0));
+    x->level              = bounded(times(level, V));
+    x->f                  = times(x->level, x->sigma);
+    x->lead               = bounded(gained(times(x->level, left), p->lead_gain));
+    x->b                  = plus(x->b, minus(x->f, times(bounded(times(level, V_before)), x->sigma)));
+}
+
+/// The controller is taken out of u: in a change of params it goes on with an error of 0.
+static void tell_loop(state_t *x, force_t friction)
+{
+    tell(x, 0, 0, friction);
+    x->tick.has_e = x->mode != TRIBO_FEEDFORWARD_RESTART;
+    x->tick.has_y = false;
+}
+
+/// Starts with a good r. The term to go on from is for the controller's output at the error `e`.
+static force_t start(const params_t *p, memory_t *memory, force_t r, force_t y)
+{
+    state_t *const x = &memory->state;
+
+    const bool    is_handed = x->rule == TRIBO_FEEDFORWARD_CONTINUE && is_credible(y, p->input_max);
+    const force_t at        = inside(r);
+    rest_at(p, x, at, at);
+    memory->motion.effort = (effort_t){.side = 0};
+    x->actuator           = at;
+    return is_handed ? minus(r, y) : 0;
+}
+
+static force_t method_error(const loop_params_t *loop, void *inner, force_t r, force_t y, part_t fade)
+{
+    const params_t *const p      = params_of(loop);
+    memory_t *const       memory = inner;
+    state_t *const        x      = &memory->state;
+
+    const bool good = is_credible(r, p->input_max);
+    force_t    e    = 0;
+    if (!is_running(x))
+    {
+        if (!good)
+        {
+            x->rule = TRIBO_FEEDFORWARD_KEEP;
+            tell_loop(x, 0);
+            return 0;
+        }
+        e = start(p, memory, r, y);
+    }
+    const int8_t   before = x->sign;
+    const follow_t now    = follow(p, x, good ? inside(r) : x->r[0]);
+    const prior_t  prior  = prior_of(&loop->compensator.friction, x->reached);
+    const force_t  ahead =
+        lead_of(p, x, &now, memory->motion.is_known != 0u ? 0 : x->rate); // another loop's effort has no rate
+    if (memory->motion.was_known != 0u && x->weights.seal != seal_of(&x->weights))
+    {
+        start_anew(p, x);
+        tell_loop(x, 0);
+        return 0;
+    }
+    const number_t V         = weight_of(memory);
+    memory->motion.was_known = memory->motion.was_known != 0u || memory->motion.is_known != 0u;
+    if (memory->motion.is_known != 0u)
+    {
+        slide(p, memory, &prior);
+    }
+    x->sign = direction(memory, before);
+    oppose(p, memory, part_of(part_of(prior.L, fade), p->trust), V);
+    x->lin = plus(plus(x->reached, ahead), prior.load);
+    if (!is_credible(plus(plus(x->lin, x->f), plus(x->b, x->behind[0])), CREDIBLE_N))
+    {
+        start_anew(p, x);
+        tell_loop(x, 0);
+        return 0;
+    }
+    tell_loop(x, x->f);
+    return e;
+}
+
+// v is 0, or what the controller had when it was taken off. u is limited here: the controller shall not wind up.
+static force_t method_term(const loop_params_t *loop, void *inner, force_t v_out)
+{
+    const params_t *const p = params_of(loop);
+    state_t *const        x = &((memory_t *)inner)->state;
+    if (!is_running(x))
+    {
+        return x->mode == TRIBO_FEEDFORWARD_ENTER ? x->tick.MEMBER(term) : 0;
+    }
+    const force_t low    = inside(loop->controller.MEMBER(u_min));
+    const force_t high   = inside(loop->controller.MEMBER(u_max));
+    const force_t v      = inside(v_out);
+    const force_t wanted = plus(x->lin, x->f);
+    const force_t fading = low_pass(x->b, 0, p->slow_part);
+    x->b =
+        clamp_of(x->rule == TRIBO_FEEDFORWARD_TAKE_OVER ? minus(wanted, plus(v, inside(x->tick.MEMBER(term)))) : fading,
+                 p->offset_max);
+    x->rule = TRIBO_FEEDFORWARD_KEEP;
+
+    const force_t sum    = plus(minus(wanted, x->b), x->lead);
+    const force_t u      = clamp(sum, low, high);
+    x->limited           = sign_of(minus(sum, u));
+    x->tick.MEMBER(term) = outside(minus(clamp(minus(wanted, x->b), low, high), v));
+    return outside(minus(u, v));
+}
+
+static void method_after(const loop_params_t *loop, void *inner, force_t v, force_t u_out, LOOP(signals_t) * seen)
+{
+    state_t *const x = &((memory_t *)inner)->state;
+    (void)v;
+    if (!is_running(x))
+    {
+        return;
+    }
+    const force_t actuator   = low_pass(x->actuator, inside(u_out), params_of(loop)->actuator_part);
+    x->actuator              = is_credible(actuator, CREDIBLE_N) ? actuator : inside(u_out);
+    seen->controller.limited = x->limited != 0;
+    show(seen, inside(u_out), plus(x->reached, x->behind[0]), x->level, x->f);
+}
+
+static void method_enter(void *memory, force_t term, bool anew)
+{
+    state_t *const x = &((memory_t *)memory)->state;
+    enter_at(x, term, anew);
+    if (!is_running(x))
+    {
+        x->rule = TRIBO_FEEDFORWARD_CONTINUE;
+    }
+    tell_loop(x, 0);
+}
+
+// One by one: an initialiser would be a table of absolute addresses.
+void JOINT(method)(LOOP(functions_t) * functions)
+{
+    functions->error = method_error;
+    functions->term  = method_term;
+    functions->after = method_after;
+    functions->enter = method_enter;
+}
+
+// --- F from u alone ---------------------------------------------------------------------------------------------------
+
+#define TURNS       4u // each leaves the slope of L(F), 0.3 on the paper's rig, of the error
+#define FIRST_TURNS 16u
+
+/// F of an arm that sticks within `up` and `down` times half its breakaway, which depends on F: in `turns` steps.
+static force_t stuck(const friction_params_t *friction,
+                     force_t                  before,
+                     force_t                  u,
+                     number_t                 up,
+                     number_t                 down,
+                     uint32_t                 turns)
+{
+    const force_t g = inside(friction->MEMBER(gravity));
+    force_t       F = before;
+    for (uint32_t i = 0; i < turns; i++)
+    {
+        const prior_t prior = prior_of(friction, F);
+        const force_t half  = plus(prior.load, g); // of what the directions differ by
+        const force_t at    = plus(u, g);
+        F = clamp(before, minus(at, times(plus(prior.L, half), up)), plus(at, times(minus(prior.L, half), down)));
+    }
+    return F;
+}
+
+void ESTIMATE(step)(const loop_params_t *params,
+                    const params_t      *feedforward,
+                    estimate_t          *estimate,
+                    part_t               tolerance,
+                    force_t              MEMBER(u))
+{
+    const friction_params_t *const friction = &params->compensator.friction;
+
+    const force_t most  = inside(feedforward->input_max);
+    const force_t at    = inside(MEMBER(u));
+    uint32_t      turns = TURNS;
+    if (!is_part(tolerance) || !is_credible(at, most))
+    {
+        return;
+    }
+    const force_t sum = plus(plus(estimate->force, estimate->low), estimate->high);
+    if (estimate->runs == 0u || !is_credible(estimate->lagged, most) || !is_credible(sum, CREDIBLE_N))
+    {
+        *estimate = (estimate_t){.runs = 1, .lagged = at, .force = at, .low = -most, .high = most};
+        turns     = FIRST_TURNS;
+    }
+    const number_t few  = minus(NUMBER(1.0), part_of(NUMBER(1.0), tolerance));
+    const number_t many = plus(NUMBER(1.0), part_of(NUMBER(1.0), tolerance));
+    estimate->lagged    = low_pass(estimate->lagged, at, feedforward->lag_part);
+    estimate->force     = stuck(friction, estimate->force, estimate->lagged, NUMBER(1.0), NUMBER(1.0), turns);
+    estimate->low       = stuck(friction, estimate->low, estimate->lagged, many, few, turns);
+    estimate->high      = stuck(friction, estimate->high, estimate->lagged, few, many, turns);
+}

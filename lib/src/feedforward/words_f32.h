@@ -1,0 +1,166 @@
+// The words of the feed-forward's texts (reference.h, tick.h, sensorless.h) in single precision; words_q31.h has the same.
+
+#ifndef TRIBO_FEEDFORWARD_WORDS_F32_H
+#define TRIBO_FEEDFORWARD_WORDS_F32_H
+
+#include "tribo/feedforward_f32.h"
+
+#include "../friction/law_f32.h"
+#include "../number/first_order_f32.h"
+
+#include <stddef.h>
+
+#define FEED(name)      tribo_feedforward_f32_##name
+#define LOOP(name)      tribo_force_loop_f32_##name
+#define LOOP_FEED(name) tribo_force_loop_feedforward_f32_##name
+#define JOINT(name)     tribo_sensorless_f32_##name
+#define ESTIMATE(name)  tribo_force_estimate_f32_##name
+#define MEMBER(name)    name##_n // of the loop's structs
+#define CREDIBLE_N      1.0e9f   // a force beyond: the state is corrupt
+
+#define NUMBER(x) (x##f) // of number_t, within 4
+#define PART(x)   (x##f) // of part_t, 0 to 1
+#define GAIN(x)   (x##f) // of gain_t
+
+typedef float force_t;  ///< N, in the loop and in the state
+typedef float number_t; ///< without unit, within 4: sigma, stops, weights
+typedef float part_t;   ///< 0 to 1
+typedef float gain_t;   ///< 0 and up
+typedef float sum_t;    ///< over many ticks
+
+typedef tribo_friction_f32_params_t friction_params_t;
+
+/// The model's breakaway at a force.
+typedef struct
+{
+    force_t L;    ///< half of the jump at a reversal
+    force_t load; ///< D, which does not reverse
+} prior_t;
+
+static inline force_t plus(force_t a, force_t b)
+{
+    return a + b;
+}
+
+static inline force_t minus(force_t a, force_t b)
+{
+    return a - b;
+}
+
+static inline force_t size_of(force_t x)
+{
+    return magnitude(x);
+}
+
+/// False for a NaN.
+static inline bool is_credible(force_t x, force_t most)
+{
+    return !exceeds(x, most);
+}
+
+static inline force_t times(force_t x, number_t by)
+{
+    return by * x;
+}
+
+static inline force_t part_of(force_t x, part_t part)
+{
+    return part * x;
+}
+
+static inline force_t gained(force_t x, gain_t gain)
+{
+    return gain * x;
+}
+
+/// a/b, within 1, for b > 0.
+static inline number_t over(force_t a, force_t b)
+{
+    return bound_f32(a / b, 1.0f);
+}
+
+static inline force_t low_pass(force_t x, force_t input, part_t part)
+{
+    return first_order_f32_step(x, input, part);
+}
+
+/// What a sum may be, in a range that other sums fit beside.
+static inline force_t bounded(force_t x)
+{
+    return x;
+}
+
+/// A slow mean needs more bits.
+static inline force_t finer(force_t x)
+{
+    return x;
+}
+
+static inline force_t coarser(force_t x)
+{
+    return x;
+}
+
+/// A force of the loop in the state's format, and back.
+static inline force_t inside(force_t x)
+{
+    return x;
+}
+
+static inline force_t outside(force_t x)
+{
+    return x;
+}
+
+static inline uint32_t bits_of(force_t x)
+{
+    return bits_f32(x);
+}
+
+static inline sum_t added(sum_t sum, force_t x)
+{
+    return sum + x;
+}
+
+static inline prior_t prior_of(const friction_params_t *friction, force_t force)
+{
+    const float load    = magnitude(force);
+    float       both[2] = {friction_f32_affine(&friction->law[0], load), friction_f32_affine(&friction->law[1], load)};
+    if (friction->table_length > 0u)
+    {
+        tribo_friction_f32_look_up(friction, load, both);
+    }
+    return (prior_t){.L = 0.5f * (both[0] + both[1]), .load = 0.5f * (both[0] - both[1]) - friction->gravity_n};
+}
+
+// --- the learner's float32, and the loop's structs ----------------------------------------------------------------------
+
+static inline float newtons(const tribo_feedforward_learning_t *learning, force_t x)
+{
+    (void)learning;
+    return x;
+}
+
+static inline float newtons_of_sum(const tribo_feedforward_learning_t *learning, sum_t x)
+{
+    (void)learning;
+    return x;
+}
+
+static inline tribo_feedforward_f32_weights_t taken(const tribo_feedforward_learning_t    *learning,
+                                                    const tribo_feedforward_f32_weights_t *learned)
+{
+    (void)learning;
+    return *learned;
+}
+
+/// Member by member: a struct would be cleared by a call.
+static inline void show(tribo_force_loop_f32_signals_t *seen, force_t u, force_t F, force_t L, force_t f)
+{
+    seen->compensator.force_n      = F;
+    seen->compensator.friction.n_n = u - F;
+    seen->compensator.friction.L_n = L;
+    seen->compensator.friction.f_n = f;
+}
+
+#endif

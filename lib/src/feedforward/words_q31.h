@@ -1,0 +1,210 @@
+// The words of the feed-forward's texts (reference.h, tick.h, sensorless.h) in fixed point; words_f32.h has the same.
+//
+//     force in the loop                       Q31 of full scale FS
+//     force in the state, travel              Q29 of FS, within 4 FS
+//     noise and rate, which are slow means    Q35 of FS
+//     number, a travel in widths              Q29, within 4
+//     part                                    Q32
+//     gain                                    Q16
+//
+// Products are rounded towards zero, low passes to nearest: mirrored inputs give mirrored results. Sums saturate, in a corrupt state alone.
+
+#ifndef TRIBO_FEEDFORWARD_WORDS_Q31_H
+#define TRIBO_FEEDFORWARD_WORDS_Q31_H
+
+#include "tribo/feedforward_q31.h"
+#include "tribo/q31.h"
+
+#include "../friction/law_q31.h"
+#include "../number/first_order_q31.h"
+#include "../number/ieee_f32.h"
+
+#include <stddef.h>
+
+#define FEED(name)      tribo_feedforward_q31_##name
+#define LOOP(name)      tribo_force_loop_q31_##name
+#define LOOP_FEED(name) tribo_force_loop_feedforward_q31_##name
+#define JOINT(name)     tribo_sensorless_q31_##name
+#define ESTIMATE(name)  tribo_force_estimate_q31_##name
+#define MEMBER(name)    name // of the loop's structs
+#define CREDIBLE_N      INT32_MAX
+
+#define WORDS_ONE (INT32_C(1) << 29) // FS, or 1
+#define NUMBER(x) ((int32_t)((x) * 536870912.0 + 0.5))
+#define PART(x)   ((uint32_t)((x) * 4294967296.0 + 0.5))
+#define GAIN(x)   ((uint32_t)((x) * 65536.0 + 0.5))
+
+typedef int32_t  force_t;
+typedef int32_t  number_t;
+typedef uint32_t part_t;
+typedef uint32_t gain_t;
+typedef int64_t  sum_t;
+
+typedef tribo_friction_q31_params_t friction_params_t;
+
+/// The model's breakaway at a force.
+typedef struct
+{
+    force_t L;    ///< half of the jump at a reversal, up to FS
+    force_t load; ///< D, which does not reverse, within FS
+} prior_t;
+
+static inline force_t plus(force_t a, force_t b)
+{
+    uint32_t not_counted = 0;
+    return tribo_q31_add(a, b, &not_counted);
+}
+
+static inline force_t minus(force_t a, force_t b)
+{
+    uint32_t not_counted = 0;
+    return tribo_q31_subtract(a, b, &not_counted);
+}
+
+static inline force_t size_of(force_t x)
+{
+    const uint32_t size = tribo_q31_magnitude(x);
+    return size < (uint32_t)INT32_MAX ? (force_t)size : INT32_MAX;
+}
+
+static inline bool is_credible(force_t x, force_t most)
+{
+    return tribo_q31_magnitude(x) <= (uint32_t)most || most == INT32_MAX;
+}
+
+static inline force_t signed_as(force_t x, uint64_t size, uint32_t most)
+{
+    const int32_t within = (int32_t)(size < most ? (uint32_t)size : most);
+    return x < 0 ? -within : within;
+}
+
+static inline force_t times(force_t x, number_t by)
+{
+    return signed_as(x ^ by, tribo_q31_product(tribo_q31_magnitude(x), tribo_q31_magnitude(by)) >> 29, INT32_MAX);
+}
+
+static inline force_t part_of(force_t x, part_t part)
+{
+    return part_of_q31(x, part);
+}
+
+static inline force_t gained(force_t x, gain_t gain)
+{
+    return signed_as(x, tribo_q31_product(tribo_q31_magnitude(x), gain) >> 16, UINT32_C(1) << 30);
+}
+
+static inline number_t over(force_t a, force_t b)
+{
+    return signed_as(a, ratio_q31(tribo_q31_magnitude(a), (uint32_t)b) >> 2, (uint32_t)WORDS_ONE);
+}
+
+/// Rounded to nearest, but by a unit at least, so that it arrives.
+static inline force_t low_pass(force_t x, force_t input, part_t part)
+{
+    const force_t  left = minus(input, x);
+    const uint64_t by   = (tribo_q31_product(tribo_q31_magnitude(left), part) + 0x80000000u) >> 32;
+    return plus(x, signed_as(left, by > 0u ? by : left != 0, INT32_MAX));
+}
+
+static inline force_t bounded(force_t x)
+{
+    return limit_q31(x, 1 - WORDS_ONE, WORDS_ONE - 1);
+}
+
+static inline force_t finer(force_t x)
+{
+    return limit_q31(x, -(WORDS_ONE >> 7), WORDS_ONE >> 7) * 64;
+}
+
+static inline force_t coarser(force_t x)
+{
+    return x / 64;
+}
+
+static inline force_t inside(force_t x)
+{
+    return x / 4;
+}
+
+static inline force_t outside(force_t x)
+{
+    return 4 * bounded(x);
+}
+
+static inline uint32_t bits_of(force_t x)
+{
+    return (uint32_t)x;
+}
+
+static inline sum_t added(sum_t sum, force_t x)
+{
+    return (sum_t)((uint64_t)sum + (uint64_t)x);
+}
+
+static inline prior_t prior_of(const friction_params_t *friction, force_t force)
+{
+    const uint32_t load = tribo_q31_magnitude(outside(force));
+
+    uint32_t both[2] = {friction_q31_affine(&friction->law[0], load), friction_q31_affine(&friction->law[1], load)};
+    if (!friction->is_shallow)
+    {
+        tribo_friction_q31_look_up(friction, load, both);
+    }
+    const force_t half = ((int32_t)both[0] - (int32_t)both[1]) / 8;
+    return (prior_t){.L = (force_t)((both[0] + both[1]) / 8u), .load = bounded(half - inside(friction->gravity))};
+}
+
+// --- the learner's float32, and the loop's structs ----------------------------------------------------------------------
+
+static inline float newtons(const tribo_feedforward_learning_t *learning, force_t x)
+{
+    return (float)x * learning->unit_n;
+}
+
+static inline float newtons_of_sum(const tribo_feedforward_learning_t *learning, sum_t x)
+{
+    return (float)x * learning->unit_n;
+}
+
+/// A number of at most 3.9 in Q29.
+static inline number_t number_of(float x)
+{
+    return (number_t)(bound_f32(x, 3.9f) * 536870912.0f);
+}
+
+/// A part in Q32; 1 is all but 2^-24.
+static inline part_t part_from(float x)
+{
+    return (part_t)(limit_f32(x, 0.0f, 0.99999994f) * 4294967296.0f);
+}
+
+static inline tribo_feedforward_q31_weights_t taken(const tribo_feedforward_learning_t    *learning,
+                                                    const tribo_feedforward_f32_weights_t *learned)
+{
+    tribo_feedforward_q31_weights_t x = {
+        .sliding  = number_of(learned->sliding),
+        .constant = number_of(bound_f32(learned->constant / (learning->unit_n * 536870912.0f), 1.0f)),
+        .scale    = number_of(learned->scale),
+        .trust    = part_from(learned->trust),
+        .turned   = number_of(learned->turned),
+        .kept     = part_from(learned->kept),
+        .fed_back = learned->fed_back};
+    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_WEIGHTS; j++)
+    {
+        x.use[j] = number_of(learned->use[j]);
+    }
+    return x;
+}
+
+static inline void show(tribo_force_loop_q31_signals_t *seen, force_t u, force_t F, force_t L, force_t f)
+{
+    uint32_t      not_counted = 0;
+    const int32_t force       = outside(F);
+
+    seen->compensator.force      = force;
+    seen->compensator.friction.n = tribo_q31_subtract(outside(u), force, &not_counted);
+    seen->compensator.friction.L = outside(L);
+    seen->compensator.friction.f = outside(f);
+}
+
+#endif
