@@ -2,8 +2,7 @@
 
 tribo_status_t common_tune(common_tuned_t *tuned, const common_rig_t *rig)
 {
-    const float h   = rig->sample_time_s;
-    const float tau = 1.0f / rig->actuator_pole_rad_per_s + rig->arm.damping / rig->arm.stiffness;
+    const float h = rig->sample_time_s;
 
     tribo_feedforward_f32_params_t params;
     tribo_guard_f32_params_t       guard_params;
@@ -21,11 +20,12 @@ tribo_status_t common_tune(common_tuned_t *tuned, const common_rig_t *rig)
     {
         return status;
     }
-    const float B = params.learning.breakaway_n;
+    const float B   = params.learning.breakaway_n;
+    const float tau = tribo_feedforward_f32_lag_s(&made.feedforward, &rig->arm);
 
     made.feedforward.reversal_n       = params.reversal;
     made.feedforward.presliding_n     = 1.0f / params.learning.per_n[TRIBO_FEEDFORWARD_WEIGHTS - 1u];
-    made.feedforward.jump_time_s      = 2.1f * tau;
+    made.feedforward.jump_time_s      = TRIBO_FEEDFORWARD_JUMP_TIME * tau;
     made.feedforward.forgetting_per_n = params.learning.forgetting_per_n;
     made.guard                        = tribo_guard_f32_tuned(B, tau, rig->noise_n, h);
     const tribo_status_t guarded      = tribo_guard_f32_init(&guard_params, &made.guard, h);

@@ -58,7 +58,7 @@ typedef enum
     TRIBO_FEEDFORWARD_TAKE_OVER ///< the term of the last tick goes on
 } tribo_feedforward_offset_t;
 
-/// 0 where "derived" is said: computed by the init from breakaway, poles and arm. B is the breakaway at a quarter of the command's limit.
+/// 0 where "derived" is said: computed by the init from breakaway, poles and arm. B is the breakaway at the usual force.
 typedef struct
 {
     float actuator_pole_rad_per_s; ///< p_a, 1e-3 to 1e6; times sample time 1e-9 to 50
@@ -255,6 +255,16 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
                                           float                                 input_max_n,
                                           float                                 usual_force_n,
                                           float                                 sample_time_s);
+
+/// T_j of tau, where jump_time_s is derived.
+#define TRIBO_FEEDFORWARD_JUMP_TIME 2.1f
+
+/// tau, s: the lag of actuator and arm. Of a config and an arm that the init takes.
+static inline float tribo_feedforward_f32_lag_s(const tribo_feedforward_f32_config_t *config,
+                                                const tribo_arm_f32_config_t         *arm)
+{
+    return 1.0f / config->actuator_pole_rad_per_s + arm->damping / arm->stiffness;
+}
 
 /// Nothing learned; the next good tick is the first.
 void tribo_feedforward_f32_reset(tribo_feedforward_f32_state_t *state);

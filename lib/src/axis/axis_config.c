@@ -151,9 +151,7 @@ float tribo_axis_config_breakaway(const axis_parts_t *parts)
 
 tribo_guard_f32_config_t tribo_axis_config_guard(const axis_parts_t *parts, const tribo_axis_f32_config_t *config)
 {
-    const tribo_arm_f32_config_t *const arm = &parts->loop.compensator.arm;
-
-    const float lag = 1.0f / config->feedforward.actuator_pole_rad_per_s + arm->damping / arm->stiffness;
+    const float lag = tribo_feedforward_f32_lag_s(&config->feedforward, &parts->loop.compensator.arm);
     return tribo_guard_f32_tuned(tribo_axis_config_breakaway(parts), lag, config->noise_n, parts->loop.sample_time_s);
 }
 

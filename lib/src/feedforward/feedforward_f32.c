@@ -13,7 +13,6 @@ const tribo_parameter_t tribo_feedforward_parameters[] = {TRIBO_FEEDFORWARD_PARA
 #define REVERSAL   (1.0f / 314.0f) // w of B
 #define PRESLIDING (1.0f / 11.0f)  // d of B
 #define STOP_RATIO 0.375f          // d_1 of d
-#define JUMP_TIME  2.1f            // T_j of tau
 #define JUMP_LAG   1.5f            // of T_j, that z lags behind the stops
 #define FORGETTING 0.0157f         // Q of 1/B
 #define SLOW_S     0.3f            // means of noise and error; chatter is quicker
@@ -87,7 +86,7 @@ static void set_reference(tribo_feedforward_f32_params_t       *made,
                           float                                 lag,
                           float                                 h)
 {
-    const float jump_s  = or_derived(config->jump_time_s, JUMP_TIME * lag);
+    const float jump_s  = or_derived(config->jump_time_s, TRIBO_FEEDFORWARD_JUMP_TIME * lag);
     made->reversal      = or_derived(config->reversal_n, REVERSAL * B);
     made->jump          = limit_f32(2.0f * h / jump_s, 0.0f, 2.0f);
     made->lead_gain     = config->jump_lead / (config->actuator_pole_rad_per_s * h);
@@ -150,10 +149,10 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
         return status;
     }
     const prior_t                  usual = prior_of(friction, usual_force_n);
-    const float                    lag  = 1.0f / config->actuator_pole_rad_per_s + arm->damping / arm->stiffness; // tau
-    tribo_feedforward_f32_params_t made = {.input_max    = input_max_n,
-                                           .offset_max   = OFFSET_MAX * input_max_n,
-                                           .damping_gain = arm->damping / arm->stiffness / sample_time_s};
+    const float                    lag   = tribo_feedforward_f32_lag_s(config, arm);
+    tribo_feedforward_f32_params_t made  = {.input_max    = input_max_n,
+                                            .offset_max   = OFFSET_MAX * input_max_n,
+                                            .damping_gain = arm->damping / arm->stiffness / sample_time_s};
     set_reference(&made, config, usual.L, lag, sample_time_s);
     set_learning(&made, config, usual.L);
     *params = made;

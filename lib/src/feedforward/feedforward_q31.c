@@ -8,7 +8,7 @@
 
 #include "reference.h"
 
-#define STEP_MAX 0.0078125f // of FS: the rate in Q37
+#define STEP_MAX 0.0078125f // of FS: what finer() takes
 
 /// Ranges that are narrower than in f32.
 static tribo_status_t check(const tribo_feedforward_f32_params_t *f32, float full_scale_n)

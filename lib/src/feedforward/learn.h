@@ -18,22 +18,6 @@ static void read_sample(const params_t *p, const volatile FEED(sample_t) * from,
     sample->starts      = from->starts != 0u;
 }
 
-static void write_result(volatile weights_t *to, const weights_t *w)
-{
-    to->sliding  = w->sliding;
-    to->constant = w->constant;
-    to->scale    = w->scale;
-    to->trust    = w->trust;
-    to->turned   = w->turned;
-    to->kept     = w->kept;
-    to->fed_back = w->fed_back;
-    to->seal     = seal_of(w);
-    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_WEIGHTS; j++)
-    {
-        to->use[j] = w->use[j];
-    }
-}
-
 bool FEED(learn)(const loop_params_t *loop, memory_t *memory)
 {
     const params_t *const p = FEED(of)(loop);
@@ -51,8 +35,9 @@ bool FEED(learn)(const loop_params_t *loop, memory_t *memory)
 
     tribo_feedforward_f32_weights_t result;
     tribo_learner_step(&p->learning, &x->learner, &sample, &result);
-    const weights_t used = taken(&p->learning, &result);
-    write_result(&x->exchange.result, &used);
+    weights_t used = taken(&p->learning, &result);
+    used.seal      = seal_of(&used);
+    copy_weights(&x->exchange.result, &used);
     x->exchange.owner = TRIBO_FEEDFORWARD_OWNER_RESULT;
     return true;
 }
@@ -88,7 +73,7 @@ tribo_feedforward_learned_t FEED(learned)(const loop_params_t *params,
     const learner_place_t place = {.sign      = (direction & 1u) == TRIBO_BREAKAWAY_POSITIVE ? 1.0f : -1.0f,
                                    .force_n   = newtons(learning, at),
                                    .L_n       = newtons(learning, prior.L),
-                                   .load_n    = newtons(learning, plus(prior.load, inside(friction->MEMBER(gravity)))),
+                                   .load_n    = newtons(learning, plus(prior.load, inside(friction->OF(gravity)))),
                                    .late      = state->late,
                                    .forgotten = state->forgotten};
     return tribo_learner_readout(learning, &state->learner, &place);

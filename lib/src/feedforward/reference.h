@@ -1,6 +1,12 @@
 // What the feed-forward with and without a force sensor share: following the reference, and the model of the path. One text for both
 // arithmetics, after words_f32.h or words_q31.h. docs/feedforward.md has the symbols. Not synchronized: one state, one tick.
 
+#define FEED(name)      NAME(feedforward, name)
+#define LOOP(name)      NAME(force_loop, name)
+#define LOOP_FEED(name) NAME(force_loop_feedforward, name)
+#define JOINT(name)     NAME(sensorless, name)
+#define ESTIMATE(name)  NAME(force_estimate, name)
+
 typedef FEED(params_t) params_t;
 typedef FEED(state_t) state_t;
 typedef FEED(memory_t) memory_t;
@@ -53,11 +59,6 @@ static inline force_t play(force_t x, force_t at, force_t half)
     return clamp(x, minus(at, half), plus(at, half));
 }
 
-static inline void count_up(uint32_t *counter)
-{
-    *counter += *counter < UINT32_MAX ? 1u : 0u;
-}
-
 static inline void count_few(uint8_t *counter)
 {
     *counter = (uint8_t)(*counter < UINT8_MAX ? *counter + 1u : UINT8_MAX);
@@ -72,6 +73,23 @@ static inline uint32_t seal_of(const weights_t *x)
         bits ^= bits_of(x->use[j]);
     }
     return ~(bits ^ bits_of((force_t)x->trust) ^ bits_of((force_t)x->kept) ^ x->fed_back);
+}
+
+/// Member by member, as accesses to volatile objects keep their order.
+static inline void copy_weights(volatile weights_t *to, const volatile weights_t *from)
+{
+    to->sliding  = from->sliding;
+    to->constant = from->constant;
+    to->scale    = from->scale;
+    to->trust    = from->trust;
+    to->turned   = from->turned;
+    to->kept     = from->kept;
+    to->fed_back = from->fed_back;
+    to->seal     = from->seal;
+    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_WEIGHTS; j++)
+    {
+        to->use[j] = from->use[j];
+    }
 }
 
 /// Nothing learned.
@@ -115,11 +133,11 @@ static inline void rest_at(const params_t *p, state_t *x, force_t r, force_t at)
 /// What the loop reads of this tick.
 static inline void tell(state_t *x, force_t e, force_t y, force_t friction)
 {
-    x->tick.MEMBER(e)        = outside(e);
-    x->tick.MEMBER(y)        = outside(y);
-    x->tick.MEMBER(friction) = outside(friction);
-    x->tick.has_e            = is_running(x);
-    x->tick.has_y            = x->tick.has_e;
+    x->tick.OF(e)        = outside(e);
+    x->tick.OF(y)        = outside(y);
+    x->tick.OF(friction) = outside(friction);
+    x->tick.has_e        = is_running(x);
+    x->tick.has_y        = x->tick.has_e;
 }
 
 /// A corrupt state starts anew, and u goes on. What is learned has a checksum of its own.
@@ -129,10 +147,10 @@ static inline void start_anew(const params_t *p, state_t *x)
     {
         forget_weights(p, &x->weights);
     }
-    x->mode              = TRIBO_FEEDFORWARD_ENTER;
-    x->tick.MEMBER(term) = is_credible(inside(x->tick.MEMBER(term)), p->offset_max) ? x->tick.MEMBER(term) : 0;
+    x->mode          = TRIBO_FEEDFORWARD_ENTER;
+    x->tick.OF(term) = is_credible(inside(x->tick.OF(term)), p->offset_max) ? x->tick.OF(term) : 0;
     tell(x, 0, 0, 0);
-    count_up(&x->forgotten);
+    count(&x->forgotten);
 }
 
 /// After a change of params: the next tick shall add `term`.
@@ -142,11 +160,11 @@ static inline void enter_at(state_t *x, force_t term, bool anew)
     {
         return; // still at rest
     }
-    const bool goes_on   = is_running(x) && !anew;
-    x->mode              = (uint8_t)(goes_on ? x->mode : TRIBO_FEEDFORWARD_ENTER);
-    x->rule              = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
-    x->tick.MEMBER(term) = is_credible(term, CREDIBLE_N) ? term : 0;
-    x->tick.has_e        = goes_on;
+    const bool goes_on = is_running(x) && !anew;
+    x->mode            = (uint8_t)(goes_on ? x->mode : TRIBO_FEEDFORWARD_ENTER);
+    x->rule            = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    x->tick.OF(term)   = is_credible(term, CREDIBLE_N) ? term : 0;
+    x->tick.has_e      = goes_on;
 }
 
 /// The mean second difference of `now` and the two values before it. Each tick counts at most four times the mean, so that reversals and

@@ -1,4 +1,4 @@
-// The feed-forward without a force sensor: "Without a force sensor" of docs/feedforward.md. One text for both arithmetics, after
+// The feed-forward without a force sensor: docs/sensorless.md. One text for both arithmetics, after
 // words_f32.h or words_q31.h and reference.h.
 //
 // From a reversal of the motion to the next no kinetic energy is left over. So u does the work of friction and load alone:
@@ -226,22 +226,21 @@ static force_t method_term(const loop_params_t *loop, void *inner, force_t v_out
     state_t *const        x = &((memory_t *)inner)->state;
     if (!is_running(x))
     {
-        return x->mode == TRIBO_FEEDFORWARD_ENTER ? x->tick.MEMBER(term) : 0;
+        return x->mode == TRIBO_FEEDFORWARD_ENTER ? x->tick.OF(term) : 0;
     }
-    const force_t low    = inside(loop->controller.MEMBER(u_min));
-    const force_t high   = inside(loop->controller.MEMBER(u_max));
+    const force_t low    = inside(loop->controller.OF(u_min));
+    const force_t high   = inside(loop->controller.OF(u_max));
     const force_t v      = inside(v_out);
     const force_t wanted = plus(x->lin, x->f);
     const force_t fading = low_pass(x->b, 0, p->slow_part);
-    x->b =
-        clamp_of(x->rule == TRIBO_FEEDFORWARD_TAKE_OVER ? minus(wanted, plus(v, inside(x->tick.MEMBER(term)))) : fading,
-                 p->offset_max);
+    x->b = clamp_of(x->rule == TRIBO_FEEDFORWARD_TAKE_OVER ? minus(wanted, plus(v, inside(x->tick.OF(term)))) : fading,
+                    p->offset_max);
     x->rule = TRIBO_FEEDFORWARD_KEEP;
 
-    const force_t sum    = plus(minus(wanted, x->b), x->lead);
-    const force_t u      = clamp(sum, low, high);
-    x->limited           = sign_of(minus(sum, u));
-    x->tick.MEMBER(term) = outside(minus(clamp(minus(wanted, x->b), low, high), v));
+    const force_t sum = plus(minus(wanted, x->b), x->lead);
+    const force_t u   = clamp(sum, low, high);
+    x->limited        = sign_of(minus(sum, u));
+    x->tick.OF(term)  = outside(minus(clamp(minus(wanted, x->b), low, high), v));
     return outside(minus(u, v));
 }
 
@@ -292,7 +291,7 @@ static force_t stuck(const friction_params_t *friction,
                      number_t                 down,
                      uint32_t                 turns)
 {
-    const force_t g = inside(friction->MEMBER(gravity));
+    const force_t g = inside(friction->OF(gravity));
     force_t       F = before;
     for (uint32_t i = 0; i < turns; i++)
     {
@@ -308,12 +307,12 @@ void ESTIMATE(step)(const loop_params_t *params,
                     const params_t      *feedforward,
                     estimate_t          *estimate,
                     part_t               tolerance,
-                    force_t              MEMBER(u))
+                    force_t              OF(u))
 {
     const friction_params_t *const friction = &params->compensator.friction;
 
     const force_t most  = inside(feedforward->input_max);
-    const force_t at    = inside(MEMBER(u));
+    const force_t at    = inside(OF(u));
     uint32_t      turns = TURNS;
     if (!is_part(tolerance) || !is_credible(at, most))
     {

@@ -17,7 +17,7 @@ static bool is_part(float x)
     return within(x, 0.0f, 1.0f);
 }
 
-static float number_of_sum(sum_t x)
+static float number_of_sum(wide_t x)
 {
     return x;
 }

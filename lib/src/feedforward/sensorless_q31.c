@@ -15,7 +15,7 @@ static bool is_part(uint32_t x)
     return true;
 }
 
-static float number_of_sum(sum_t x)
+static float number_of_sum(wide_t x)
 {
     return (float)x / 536870912.0f;
 }

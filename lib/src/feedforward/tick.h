@@ -206,7 +206,7 @@ static bool runs_with(const params_t *p, state_t *x, force_t r, force_t y, bool 
     if (x->offset_seal != ~bits_of(x->b))
     {
         x->rule = TRIBO_FEEDFORWARD_TAKE_OVER;
-        count_up(&x->forgotten);
+        count(&x->forgotten);
     }
     return true;
 }
@@ -269,7 +269,7 @@ static force_t method_error(const loop_params_t *loop, void *memory, force_t r, 
         return good ? minus(r, y) : 0;
     }
     tell(x, x->e, x->y_now, x->f);
-    return x->tick.MEMBER(e);
+    return x->tick.OF(e);
 }
 
 // Step 7, before u is limited.
@@ -279,7 +279,7 @@ static force_t method_term(const loop_params_t *loop, void *memory, force_t v_ou
     state_t *const        x = &((memory_t *)memory)->state;
     if (!is_running(x))
     {
-        return x->mode == TRIBO_FEEDFORWARD_ENTER ? x->tick.MEMBER(term) : 0;
+        return x->mode == TRIBO_FEEDFORWARD_ENTER ? x->tick.OF(term) : 0;
     }
     const force_t v      = inside(v_out);
     const force_t wanted = plus(x->lin, x->f); // without the lead: a pulse
@@ -301,14 +301,14 @@ static force_t method_term(const loop_params_t *loop, void *memory, force_t v_ou
     }
     else if (x->rule == TRIBO_FEEDFORWARD_TAKE_OVER)
     {
-        x->b = minus(wanted, inside(x->tick.MEMBER(term)));
+        x->b = minus(wanted, inside(x->tick.OF(term)));
         x->v = v; // it has not travelled there
     }
     x->rule = TRIBO_FEEDFORWARD_KEEP;
     x->v    = low_pass(x->v, v, p->fast_part);
     x->b    = clamp_of(x->b, p->offset_max);
 
-    x->tick.MEMBER(term) = outside(minus(wanted, x->b));
+    x->tick.OF(term) = outside(minus(wanted, x->b));
     return outside(plus(minus(wanted, x->b), x->lead));
 }
 
@@ -357,19 +357,7 @@ static bool fetch(state_t *x)
     {
         return false;
     }
-    weights_t *const w = &x->weights;
-    w->sliding         = x->exchange.result.sliding;
-    w->constant        = x->exchange.result.constant;
-    w->scale           = x->exchange.result.scale;
-    w->trust           = x->exchange.result.trust;
-    w->turned          = x->exchange.result.turned;
-    w->kept            = x->exchange.result.kept;
-    w->fed_back        = x->exchange.result.fed_back;
-    w->seal            = x->exchange.result.seal;
-    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_WEIGHTS; j++)
-    {
-        w->use[j] = x->exchange.result.use[j];
-    }
+    copy_weights(&x->weights, &x->exchange.result);
     x->exchange.owner = TRIBO_FEEDFORWARD_OWNER_TICK;
     return true;
 }
@@ -384,7 +372,7 @@ static void exchange(const params_t *p, state_t *x)
     if (x->weights.seal != seal_of(&x->weights))
     {
         forget_weights(p, &x->weights);
-        count_up(&x->forgotten);
+        count(&x->forgotten);
     }
     else if (learned && x->turned_since)
     {
@@ -396,7 +384,7 @@ static void exchange(const params_t *p, state_t *x)
     x->b        = minus(x->b, part_of(x->b, p->leak_part));
     if (is_due)
     {
-        count_up(&x->late);
+        count(&x->late);
         return;
     }
     post(p, x);
@@ -413,9 +401,9 @@ static void method_after(const loop_params_t *loop, void *memory, force_t v, for
     }
     const force_t u = inside(u_out);
     x->u            = x->rests ? x->u : u; // else rounding adds up
-    x->limited      = (int8_t)(seen->controller.limited
-                                   ? sign_of(minus(plus(inside(v), plus(inside(x->tick.MEMBER(term)), x->lead)), u))
-                                   : 0);
+    x->limited =
+        (int8_t)(seen->controller.limited ? sign_of(minus(plus(inside(v), plus(inside(x->tick.OF(term)), x->lead)), u))
+                                          : 0);
     observe(p, x, u);
     x->phase++;
     if (x->phase >= SAMPLE_TICKS)

@@ -1,4 +1,5 @@
-// The words of the feed-forward's texts (reference.h, tick.h, sensorless.h) in single precision; words_q31.h has the same.
+// The words of the feed-forward's texts (reference.h, tick.h, sensorless.h) in single precision, beside those of ../number; words_q31.h
+// has the same.
 
 #ifndef TRIBO_FEEDFORWARD_WORDS_F32_H
 #define TRIBO_FEEDFORWARD_WORDS_F32_H
@@ -7,26 +8,19 @@
 
 #include "../friction/law_f32.h"
 #include "../number/first_order_f32.h"
+#include "../number/words_f32.h"
 
 #include <stddef.h>
 
-#define FEED(name)      tribo_feedforward_f32_##name
-#define LOOP(name)      tribo_force_loop_f32_##name
-#define LOOP_FEED(name) tribo_force_loop_feedforward_f32_##name
-#define JOINT(name)     tribo_sensorless_f32_##name
-#define ESTIMATE(name)  tribo_force_estimate_f32_##name
-#define MEMBER(name)    name##_n // of the loop's structs
-#define CREDIBLE_N      1.0e9f   // a force beyond: the state is corrupt
+#define CREDIBLE_N 1.0e9f // a force beyond: the state is corrupt
 
 #define NUMBER(x) (x##f) // of number_t, within 4
 #define PART(x)   (x##f) // of part_t, 0 to 1
 #define GAIN(x)   (x##f) // of gain_t
 
-typedef float force_t;  ///< N, in the loop and in the state
 typedef float number_t; ///< without unit, within 4: sigma, stops, weights
 typedef float part_t;   ///< 0 to 1
 typedef float gain_t;   ///< 0 and up
-typedef float sum_t;    ///< over many ticks
 
 typedef tribo_friction_f32_params_t friction_params_t;
 
@@ -36,16 +30,6 @@ typedef struct
     force_t L;    ///< half of the jump at a reversal
     force_t load; ///< D, which does not reverse
 } prior_t;
-
-static inline force_t plus(force_t a, force_t b)
-{
-    return a + b;
-}
-
-static inline force_t minus(force_t a, force_t b)
-{
-    return a - b;
-}
 
 static inline force_t size_of(force_t x)
 {
@@ -117,7 +101,7 @@ static inline uint32_t bits_of(force_t x)
     return bits_f32(x);
 }
 
-static inline sum_t added(sum_t sum, force_t x)
+static inline wide_t added(wide_t sum, force_t x)
 {
     return sum + x;
 }
@@ -141,7 +125,7 @@ static inline float newtons(const tribo_feedforward_learning_t *learning, force_
     return x;
 }
 
-static inline float newtons_of_sum(const tribo_feedforward_learning_t *learning, sum_t x)
+static inline float newtons_of_sum(const tribo_feedforward_learning_t *learning, wide_t x)
 {
     (void)learning;
     return x;

@@ -1,4 +1,5 @@
-// The words of the feed-forward's texts (reference.h, tick.h, sensorless.h) in fixed point; words_f32.h has the same.
+// The words of the feed-forward's texts (reference.h, tick.h, sensorless.h) in fixed point, beside those of ../number; words_f32.h has
+// the same.
 //
 //     force in the loop                       Q31 of full scale FS
 //     force in the state, travel              Q29 of FS, within 4 FS
@@ -13,32 +14,24 @@
 #define TRIBO_FEEDFORWARD_WORDS_Q31_H
 
 #include "tribo/feedforward_q31.h"
-#include "tribo/q31.h"
 
 #include "../friction/law_q31.h"
 #include "../number/first_order_q31.h"
 #include "../number/ieee_f32.h"
+#include "../number/words_q31.h"
 
 #include <stddef.h>
 
-#define FEED(name)      tribo_feedforward_q31_##name
-#define LOOP(name)      tribo_force_loop_q31_##name
-#define LOOP_FEED(name) tribo_force_loop_feedforward_q31_##name
-#define JOINT(name)     tribo_sensorless_q31_##name
-#define ESTIMATE(name)  tribo_force_estimate_q31_##name
-#define MEMBER(name)    name // of the loop's structs
-#define CREDIBLE_N      INT32_MAX
+#define CREDIBLE_N INT32_MAX
 
 #define WORDS_ONE (INT32_C(1) << 29) // FS, or 1
 #define NUMBER(x) ((int32_t)((x) * 536870912.0 + 0.5))
 #define PART(x)   ((uint32_t)((x) * 4294967296.0 + 0.5))
 #define GAIN(x)   ((uint32_t)((x) * 65536.0 + 0.5))
 
-typedef int32_t  force_t;
 typedef int32_t  number_t;
 typedef uint32_t part_t;
 typedef uint32_t gain_t;
-typedef int64_t  sum_t;
 
 typedef tribo_friction_q31_params_t friction_params_t;
 
@@ -48,18 +41,6 @@ typedef struct
     force_t L;    ///< half of the jump at a reversal, up to FS
     force_t load; ///< D, which does not reverse, within FS
 } prior_t;
-
-static inline force_t plus(force_t a, force_t b)
-{
-    uint32_t not_counted = 0;
-    return tribo_q31_add(a, b, &not_counted);
-}
-
-static inline force_t minus(force_t a, force_t b)
-{
-    uint32_t not_counted = 0;
-    return tribo_q31_subtract(a, b, &not_counted);
-}
 
 static inline force_t size_of(force_t x)
 {
@@ -136,9 +117,9 @@ static inline uint32_t bits_of(force_t x)
     return (uint32_t)x;
 }
 
-static inline sum_t added(sum_t sum, force_t x)
+static inline wide_t added(wide_t sum, force_t x)
 {
-    return (sum_t)((uint64_t)sum + (uint64_t)x);
+    return (wide_t)((uint64_t)sum + (uint64_t)x);
 }
 
 static inline prior_t prior_of(const friction_params_t *friction, force_t force)
@@ -161,7 +142,7 @@ static inline float newtons(const tribo_feedforward_learning_t *learning, force_
     return (float)x * learning->unit_n;
 }
 
-static inline float newtons_of_sum(const tribo_feedforward_learning_t *learning, sum_t x)
+static inline float newtons_of_sum(const tribo_feedforward_learning_t *learning, wide_t x)
 {
     return (float)x * learning->unit_n;
 }

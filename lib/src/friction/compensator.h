@@ -23,10 +23,10 @@ static inline force_t compensator_advance(const compensator_params_t *params,
                                           compensator_signals_t      *signals)
 {
     signals->OF(force) = F;
-    const force_t f    = PART(friction, step)(&params->friction, &state->friction, n, F, &signals->friction);
+    const force_t f    = INNER(friction, step)(&params->friction, &state->friction, n, F, &signals->friction);
     // The drive d = u + g - F^ - f^ cannot overflow: |f^| <= |n|, with the same sign. Below breakaway f^ = n, so d is
     // exactly 0 and the arm sticks.
-    PART(arm, step)(&params->arm, &state->arm, n - f);
+    INNER(arm, step)(&params->arm, &state->arm, n - f);
     return f;
 }
 
@@ -37,7 +37,7 @@ static inline force_t compensator_tick(const compensator_params_t *params,
                                        compensator_signals_t      *signals)
 {
     const force_t F = force_of_arm(&state->arm);
-    const force_t n = PART(friction, net_force)(&params->friction, &state->friction, u, F);
+    const force_t n = INNER(friction, net_force)(&params->friction, &state->friction, u, F);
     return compensator_advance(params, state, n, F, signals);
 }
 
@@ -64,7 +64,7 @@ static inline force_t compensator_enter(const compensator_params_t *params,
                                         force_t                     u,
                                         force_t                     F)
 {
-    const force_t n = PART(friction, net_force)(&params->friction, &state->friction, u, F);
+    const force_t n = INNER(friction, net_force)(&params->friction, &state->friction, u, F);
     NAME(compensator, reset)(state);
     place_arm(&state->arm, F);
     state->friction.OF(n) = n;

@@ -32,7 +32,7 @@ force_t loop_step(const loop_params_t *params, loop_state_t *state, force_t r, f
     // The controller, and what is added to its output v.
     const loop_controller_t *const controller = &params->controller;
     loop_nodes_t                   nodes;
-    const force_t last = PART(biquad, output)(&controller->cascade, &state->controller.cascade, e, &nodes);
+    const force_t last = INNER(biquad, output)(&controller->cascade, &state->controller.cascade, e, &nodes);
     force_t       term = 0;
     if (method == NULL)
     {

@@ -6,9 +6,9 @@
 
 #include "ieee_f32.h"
 
-#define NAME(noun, name) tribo_##noun##_f32_##name
-#define PART(noun, name) noun##_f32_##name ///< of a part with a private header
-#define OF(member)       member##_n        ///< a member of a struct that holds a force
+#define NAME(noun, name)  tribo_##noun##_f32_##name
+#define INNER(noun, name) noun##_f32_##name ///< of a part with a private header
+#define OF(member)        member##_n        ///< a member of a struct that holds a force
 
 typedef float force_t; ///< N
 typedef float wide_t;  ///< a sum of forces, or a product

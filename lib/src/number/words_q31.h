@@ -7,9 +7,9 @@
 
 #include "first_order_q31.h"
 
-#define NAME(noun, name) tribo_##noun##_q31_##name
-#define PART(noun, name) noun##_q31_##name
-#define OF(member)       member
+#define NAME(noun, name)  tribo_##noun##_q31_##name
+#define INNER(noun, name) noun##_q31_##name
+#define OF(member)        member
 
 typedef int32_t  force_t; ///< Q31
 typedef int64_t  wide_t;
