@@ -137,10 +137,6 @@ static inline bool tribo_force_is_credible(const TRIBO(force_loop, params_t) * p
     return TRIBO_EITHER((tribo_force_word(x) & 0x7fffffffu) <= tribo_force_word(most), x >= -most && x <= most);
 }
 
-/// What a feed-forward has learned, as float or double: a force in N and a relative variance.
-#define TRIBO_LEARNED_N(type, x, full_scale_n)                                                                         \
-    TRIBO_EITHER(((void)(full_scale_n), (type)(x)), (type)(x) * ((full_scale_n) * ((type)1 / (type)536870912)))
-
 /// A tick's signals in the order of tribo_signal_words.h.
 static inline void tribo_signal_words(const TRIBO(force_loop, signals_t) * signals, uint32_t words[TRIBO_SIGNAL_WORDS])
 {

@@ -320,10 +320,17 @@ static inline double loop_step_guarded(loop_t *x, guard_t *guard, double r, doub
     return loop_step_unseen_by(x, x, r, y);
 }
 
+/// A force of a feed-forward's state, in N.
+static inline double inner_n(tribo_force_t force, double full_scale_n)
+{
+    (void)full_scale_n;
+    return TRIBO_EITHER((double)force, (double)force * full_scale_n / 536870912.0);
+}
+
 /// Friction that was fed forward in the last tick, in N.
 static inline double loop_fed_friction(const loop_t *x)
 {
-    return TRIBO_LEARNED_N(double, x->memory.state.f, FULL_SCALE_N);
+    return inner_n(x->memory.state.f, FULL_SCALE_N);
 }
 
 /// Nothing learned, and nothing remembered of the last tick.

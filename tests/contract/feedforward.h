@@ -42,7 +42,7 @@ typedef struct
 
 static inline double feedforward_force(const feedforward_t *x, tribo_force_t force) // of its inside
 {
-    return TRIBO_LEARNED_N(double, force, x->full_scale_n);
+    return inner_n(force, x->full_scale_n);
 }
 
 static inline tribo_force_t feedforward_of(const feedforward_t *x, double force)
@@ -61,7 +61,7 @@ static inline void feedforward_restart(feedforward_t *x)
 }
 
 #define FORCE(value)    TRIBO_EITHER((float)(value), (int32_t)round(ldexp((value) / FULL_SCALE_N, 29)))
-#define OF_FORCE(value) TRIBO_LEARNED_N(double, value, FULL_SCALE_N)
+#define OF_FORCE(value) inner_n(value, FULL_SCALE_N)
 
 /// A controller that none of these tests runs, for any sample time: the paper's is refused at another than its own.
 static const tribo_biquad_f32_section_t feedforward_beside[] = {TRIBO_BIQUAD_F32(1.0, -0.9, 0.0, -0.95, 0.0)};

@@ -395,7 +395,7 @@ static void test_loop_taken_up_again_knows_what_it_had_learned(void)
 /// Of a jump, which is not handed over.
 static double lead_of(const loop_t *x)
 {
-    return fabs(TRIBO_LEARNED_N(double, x->memory.state.lead, FULL_SCALE_N));
+    return fabs(inner_n(x->memory.state.lead, FULL_SCALE_N));
 }
 
 static void test_loop_changes_the_params_of_its_feedforward_without_a_bump(void)
