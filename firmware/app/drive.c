@@ -412,7 +412,7 @@ static void run_loop(drive_t *drive, const drive_setup_t *setup, uint32_t start_
         loop_motion(drive->memory, take_intended(drive), drive->moved, setup->widths_per_unit);
     }
     const loop_force_t u = TRIBO(force_loop, step)(setup->params, &drive->loop, r, drive->y, &drive->signals);
-    if (LOOP_LEARNS_IN_TICK && drive->memory != NULL)
+    if (LOOP_LEARNS_IN_TICK)
     {
         loop_learn(setup->params, drive->memory);
     }
