@@ -189,7 +189,7 @@ unsigned native_quantise(const float    *sections,
 float native_usual_force(float usual_force_n, float u_min_n, float u_max_n);
 
 /// Feed-forward and guard that the library's rule makes of a rig: offset and slope in both directions, I, b, K, poles of actuator
-/// and sensor, largest command, noise and sample time. `tuned`: six of the feed-forward, four of the guard.
+/// and sensor, usual force, noise and sample time. `tuned`: six of the feed-forward, four of the guard.
 bool native_tune(const float rig[12], float tuned[10], native_error_t *error);
 
 #endif

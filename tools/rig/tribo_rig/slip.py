@@ -53,8 +53,8 @@ class Estimate:
     value: float
     half: float  # of its interval of 95 %
 
-    def text(self, unit=""):
-        return f"{self.value:.4g} +- {self.half:.2g}{unit}"
+    def text(self):
+        return f"{self.value:.4g} +- {self.half:.2g}"
 
     @property
     def is_sure(self):
@@ -84,7 +84,6 @@ class Found:
     strokes: int
     starts: int
     rows: tuple = field(repr=False, default=())  # speed and friction, for the picture
-    remarks: list = field(default_factory=list)
 
 
 def noise_of(q):
