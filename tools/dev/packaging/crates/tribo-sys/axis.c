@@ -1,46 +1,199 @@
-// An axis of one rig, whose size Rust knows. In Rust a value may move at any time, so each step sets the pointers into itself anew.
+// A force axis as Rust sees it. In Rust a value may move at any time and an axis points to itself, so each call sets these pointers anew.
 
-#include RIG
+#include "tribo/axis_f32.h"
 
-#define AXIS_BYTES 1024u // of Axis in src/lib.rs
+#define AXIS_BYTES 1664u // of Axis in src/lib.rs
+
+/// The params of the last tick must stay until those of a change have run, so there are two: the axis' own, and `next`.
+typedef struct
+{
+    tribo_axis_f32_t        axis;
+    tribo_axis_f32_params_t next;
+    uint8_t                 has_next, had_next; ///< 1: `next` is in use, and was in the last tick
+} sys_axis_t;
+
+_Static_assert(sizeof(sys_axis_t) <= AXIS_BYTES, "Axis in src/lib.rs is too small");
+_Static_assert(_Alignof(sys_axis_t) <= 8, "Axis in src/lib.rs is not aligned enough");
 
 typedef struct
 {
-    tribo_force_loop_f32_state_t   loop;
-    tribo_feedforward_f32_memory_t memory;
-    tribo_guard_f32_state_t        guard;
-} tribo_axis_t;
+    float   sample_time_s, u_min_n, u_max_n, input_max_n, usual_force_n;
+    float   positive[2], negative[2]; ///< offset_n, slope
+    float   gravity_n, arm_lag_s, noise_n;
+    float   actuator_pole_rad_per_s, sensor_pole_rad_per_s;
+    int32_t controller; ///< tribo_controller_kind_t, without sections
+    float   kp, ki_per_s;
+} axis_config_t;
 
-_Static_assert(sizeof(tribo_axis_t) <= AXIS_BYTES, "Axis in src/lib.rs is too small");
-_Static_assert(_Alignof(tribo_axis_t) <= 8, "Axis in src/lib.rs is not aligned enough");
-
-const float tribo_axis_period_s = RIG_SAMPLE_TIME_S;
-
-void  tribo_axis_start(tribo_axis_t *axis);
-float tribo_axis_step(tribo_axis_t *axis, float r, float y);
-int   tribo_axis_guard(const tribo_axis_t *axis);
-
-void tribo_axis_start(tribo_axis_t *axis)
+typedef struct
 {
-    tribo_force_loop_f32_reset(&axis->loop);
-    tribo_feedforward_f32_reset(&axis->memory.state);
-    tribo_force_loop_feedforward_f32_attach(&axis->loop, &axis->memory);
-    tribo_guard_f32_reset(&axis->guard);
-    tribo_guard_f32_attach(&axis->loop, &axis->guard);
+    float    breakaway_n[2], low_n[2], high_n[2], travel_n, times_less, share;
+    uint32_t bad_inputs, limited_ticks, forgotten, warnings;
+} axis_report_t;
+
+int32_t     tribo_sys_axis_init(sys_axis_t *axis, const axis_config_t *config);
+int32_t     tribo_sys_axis_change(sys_axis_t *axis, const axis_config_t *config);
+float       tribo_sys_axis_step(sys_axis_t *axis, float r, float y);
+float       tribo_sys_axis_error(sys_axis_t *axis, float r, float y);
+float       tribo_sys_axis_command(sys_axis_t *axis, float v);
+float       tribo_sys_axis_excess(const sys_axis_t *axis);
+void        tribo_sys_axis_report(sys_axis_t *axis, axis_report_t *report);
+const char *tribo_sys_axis_warning(uint32_t *warnings);
+void        tribo_sys_axis_restore(sys_axis_t *axis);
+void        tribo_sys_axis_export(sys_axis_t *axis, uint8_t *bytes);
+int32_t     tribo_sys_axis_import(sys_axis_t *axis, const uint8_t *bytes, size_t size);
+
+static tribo_axis_f32_config_t expanded(const axis_config_t *config)
+{
+    tribo_axis_f32_config_t full             = tribo_axis_f32_config();
+    full.sample_time_s                       = config->sample_time_s;
+    full.u_min_n                             = config->u_min_n;
+    full.u_max_n                             = config->u_max_n;
+    full.input_max_n                         = config->input_max_n;
+    full.usual_force_n                       = config->usual_force_n;
+    full.positive                            = (tribo_breakaway_f32_t){config->positive[0], config->positive[1]};
+    full.negative                            = (tribo_breakaway_f32_t){config->negative[0], config->negative[1]};
+    full.gravity_n                           = config->gravity_n;
+    full.arm_lag_s                           = config->arm_lag_s;
+    full.noise_n                             = config->noise_n;
+    full.feedforward.actuator_pole_rad_per_s = config->actuator_pole_rad_per_s;
+    full.feedforward.sensor_pole_rad_per_s   = config->sensor_pole_rad_per_s;
+    full.controller                          = tribo_pi(config->kp, config->ki_per_s);
+    full.controller.kind                     = (tribo_controller_kind_t)config->controller;
+    return full;
 }
 
-float tribo_axis_step(tribo_axis_t *axis, float r, float y)
+static tribo_axis_f32_params_t *params_of(sys_axis_t *own, uint8_t is_next)
 {
+    return is_next != 0u ? &own->next : &own->axis.params;
+}
+
+static void point(tribo_axis_f32_params_t *params)
+{
+    params->loop.method = &params->feedforward.method;
+    params->loop.guard  = &params->guard;
+}
+
+/// The axis, at the address that it has now.
+static tribo_axis_f32_t *here(sys_axis_t *own)
+{
+    tribo_axis_f32_t *const axis = &own->axis;
+    point(&axis->params);
+    point(&own->next);
+    axis->active           = params_of(own, own->has_next);
+    axis->loop.active      = axis->loop.active != NULL ? &params_of(own, own->had_next)->loop : NULL;
+    axis->loop.active_seal = ~(uintptr_t)axis->loop.active;
     axis->loop.memory      = &axis->memory;
     axis->loop.memory_seal = ~(uintptr_t)axis->loop.memory;
     axis->loop.guard       = &axis->guard;
     axis->loop.guard_seal  = ~(uintptr_t)axis->loop.guard;
-    const float u          = tribo_force_loop_f32_step(&rig_params, &axis->loop, r, y, NULL);
-    tribo_feedforward_f32_learn(&rig_params, &axis->memory);
+    return axis;
+}
+
+int32_t tribo_sys_axis_init(sys_axis_t *axis, const axis_config_t *config)
+{
+    const tribo_axis_f32_config_t full   = expanded(config);
+    const tribo_status_t          status = tribo_axis_f32_init(&axis->axis, &full);
+    if (status == TRIBO_OK)
+    {
+        axis->next     = axis->axis.params;
+        axis->has_next = 0;
+        axis->had_next = 0;
+    }
+    return (int32_t)status;
+}
+
+int32_t tribo_sys_axis_change(sys_axis_t *axis, const axis_config_t *config)
+{
+    const tribo_axis_f32_config_t full = expanded(config);
+    tribo_axis_f32_params_t       made;
+    tribo_status_t                status = tribo_axis_f32_prepare(&made, &full);
+    if (status == TRIBO_OK)
+    {
+        status = tribo_axis_f32_change(here(axis), &made);
+    }
+    if (status == TRIBO_OK)
+    {
+        axis->has_next                   = (uint8_t)(1u - axis->had_next);
+        *params_of(axis, axis->has_next) = made;
+    }
+    return (int32_t)status;
+}
+
+float tribo_sys_axis_step(sys_axis_t *axis, float r, float y)
+{
+    const float u  = tribo_axis_f32_step(here(axis), r, y);
+    axis->had_next = axis->has_next;
     return u;
 }
 
-int tribo_axis_guard(const tribo_axis_t *axis)
+float tribo_sys_axis_error(sys_axis_t *axis, float r, float y)
 {
-    return (int)axis->guard.cause;
+    const float e  = tribo_axis_f32_error(here(axis), r, y);
+    axis->had_next = axis->has_next;
+    return e;
+}
+
+float tribo_sys_axis_command(sys_axis_t *axis, float v)
+{
+    const float u  = tribo_axis_f32_command(here(axis), v);
+    axis->had_next = axis->has_next;
+    return u;
+}
+
+float tribo_sys_axis_excess(const sys_axis_t *axis)
+{
+    return axis->axis.excess_n;
+}
+
+void tribo_sys_axis_report(sys_axis_t *axis, axis_report_t *report)
+{
+    tribo_axis_report_t now;
+    tribo_axis_f32_report(here(axis), &now);
+    *report = (axis_report_t){{now.breakaway_n[0], now.breakaway_n[1]},
+                              {now.low_n[0], now.low_n[1]},
+                              {now.high_n[0], now.high_n[1]},
+                              now.travel_n,
+                              now.times_less,
+                              now.share,
+                              now.bad_inputs,
+                              now.limited_ticks,
+                              now.forgotten,
+                              now.warnings};
+}
+
+const char *tribo_sys_axis_warning(uint32_t *warnings)
+{
+    return tribo_axis_warning(warnings);
+}
+
+void tribo_sys_axis_restore(sys_axis_t *axis)
+{
+    tribo_axis_f32_restore(here(axis));
+}
+
+_Static_assert(sizeof(tribo_axis_f32_blob_t) == 104u, "LEARNED_BYTES in src/lib.rs has another size");
+
+void tribo_sys_axis_export(sys_axis_t *axis, uint8_t *bytes)
+{
+    tribo_axis_f32_blob_t blob;
+    tribo_axis_f32_export(here(axis), &blob);
+    for (size_t i = 0; i < sizeof blob; i++)
+    {
+        bytes[i] = ((const uint8_t *)&blob)[i];
+    }
+}
+
+int32_t tribo_sys_axis_import(sys_axis_t *axis, const uint8_t *bytes, size_t size)
+{
+    tribo_axis_f32_blob_t blob;
+    if (size != sizeof blob)
+    {
+        return (int32_t)TRIBO_ERR_BLOB_VERSION;
+    }
+    for (size_t i = 0; i < sizeof blob; i++)
+    {
+        ((uint8_t *)&blob)[i] = bytes[i];
+    }
+    return (int32_t)tribo_axis_f32_import(here(axis), &blob);
 }

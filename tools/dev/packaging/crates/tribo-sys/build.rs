@@ -7,6 +7,7 @@ use std::process::Command;
 
 const SOURCES: &[&str] = &[
     "axis.c",
+    "force_loop.c",
     "joint.c",
     @RUST_SOURCES@,
 ];
@@ -56,9 +57,9 @@ fn main() {
     println!("cargo:rerun-if-env-changed=CC");
     println!("cargo:rerun-if-env-changed=CFLAGS");
     println!("cargo:rerun-if-changed={}", rig.display());
-    println!("cargo:rerun-if-changed=axis.c");
-    println!("cargo:rerun-if-changed=joint.c");
-    println!("cargo:rerun-if-changed=lib");
+    for source in ["axis.c", "force_loop.c", "joint.c", "lib"] {
+        println!("cargo:rerun-if-changed={source}");
+    }
     println!("cargo:rustc-link-search=native={}", out.display());
     println!("cargo:rustc-link-lib=static=tribo");
 }

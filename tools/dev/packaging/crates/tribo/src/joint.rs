@@ -1,24 +1,9 @@
 //! A joint with current and encoder, beside a loop of yours.
 
-use core::{fmt, slice, str};
+use core::fmt;
 
+use crate::refused::{done, text, Refused};
 pub use tribo_sys::JointConfig;
-
-/// What the library refuses: the field and its range, in words.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Refused(i32);
-
-impl fmt::Display for Refused {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(text(unsafe { tribo_sys::tribo_sys_status_text(self.0) }))
-    }
-}
-
-impl fmt::Debug for Refused {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "Refused({self})")
-    }
-}
 
 /// Why the guard has taken the friction term out, until `restore`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,24 +107,5 @@ impl Joint {
 impl fmt::Display for Cause {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(text(unsafe { tribo_sys::tribo_sys_joint_cause_text(*self as i32) }))
-    }
-}
-
-fn done(status: i32) -> Result<(), Refused> {
-    if status == 0 {
-        Ok(())
-    } else {
-        Err(Refused(status))
-    }
-}
-
-/// Of the library's own sentences, which are constants.
-fn text(sentence: *const u8) -> &'static str {
-    let mut size = 0;
-    unsafe {
-        while *sentence.add(size) != 0 {
-            size += 1;
-        }
-        str::from_utf8(slice::from_raw_parts(sentence, size)).unwrap_or("")
     }
 }

@@ -1,12 +1,23 @@
-//! Force control that compensates friction: the feed-forward with the guard, for the rig of `TRIBO_RIG` (see tribo-sys).
+//! Takes friction out of motor drives: a force axis, a joint without a force sensor, and a loop whose params `tribo-sim params` made.
 //!
 //! ```
-//! let mut axis = tribo::ForceLoop::new();
-//! let u = axis.step(0.5, 0.48); // a reference and a reading in N, once in `axis.period_s()`
-//! assert!(u.is_finite());
+//! use tribo::{pi, Axis, AxisConfig, Breakaway};
+//! let mut axis = Axis::new(&AxisConfig {
+//!     sample_time_s: 1e-3,
+//!     u_min_n: -2.0,
+//!     u_max_n: 2.0,
+//!     positive: Breakaway { offset_n: 0.007, slope: 0.3 },
+//!     actuator_pole_rad_per_s: 200.0,
+//!     sensor_pole_rad_per_s: 55.0,
+//!     controller: pi(1.9, 110.0),
+//!     ..Default::default()
+//! })?;
+//! let u = axis.step(0.5, 0.48); // a reference and a reading in N, every millisecond
+//! # assert!(u.is_finite());
+//! # Ok::<(), tribo::Refused>(())
 //! ```
 //!
-//! A joint with current and encoder needs no force sensor and no rig; it stands behind a loop of yours:
+//! A joint with current and encoder needs no force sensor; it stands behind a loop of yours:
 //!
 //! ```
 //! use tribo::{Joint, JointConfig};
@@ -15,15 +26,26 @@
 //! let u = joint.step(0.5, 0.1, 0.1); // effort of your loop, where the joint shall be, where it is
 //! # Ok::<(), tribo::Refused>(())
 //! ```
+//!
+//! `ForceLoop` is the loop of the header in `TRIBO_RIG` (see tribo-sys): smaller, as no set-up is linked, and fixed when it is compiled.
+//!
+//! ```
+//! let mut axis = tribo::ForceLoop::new();
+//! let u = axis.step(0.5, 0.48); // once in `axis.period_s()`
+//! assert!(u.is_finite());
+//! ```
 #![no_std]
 
+mod axis;
 mod joint;
+mod refused;
 
-pub use joint::{Cause, Force, Joint, JointConfig, Refused, Report};
-use tribo_sys::Axis;
+pub use axis::{own, pi, Axis, AxisConfig, AxisReport, Breakaway, Controller, LEARNED_BYTES};
+pub use joint::{Cause, Force, Joint, JointConfig, Report};
+pub use refused::Refused;
 
-/// One axis. `step` is the same C as in a drive; an axis may be moved, and sent to another thread.
-pub struct ForceLoop(Axis);
+/// The loop of one rig. `step` is the same C as in a drive; a loop may be moved, and sent to another thread.
+pub struct ForceLoop(tribo_sys::ForceLoop);
 
 /// Why the guard fades friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,23 +61,23 @@ pub enum Guard {
 impl ForceLoop {
     /// At rest, nothing learned.
     pub fn new() -> Self {
-        let mut axis = Axis([0; 1024]);
-        unsafe { tribo_sys::tribo_axis_start(&mut axis) };
+        let mut axis = tribo_sys::ForceLoop([0; 1024]);
+        unsafe { tribo_sys::tribo_sys_loop_start(&mut axis) };
         ForceLoop(axis)
     }
 
     /// The time between two steps that the rig was made for.
     pub fn period_s(&self) -> f32 {
-        unsafe { tribo_sys::tribo_axis_period_s }
+        unsafe { tribo_sys::tribo_sys_loop_period_s }
     }
 
     /// u in N for the reference and the reading. Finite and within its limits whatever they are; NaN: there was no reading.
     pub fn step(&mut self, r: f32, y: f32) -> f32 {
-        unsafe { tribo_sys::tribo_axis_step(&mut self.0, r, y) }
+        unsafe { tribo_sys::tribo_sys_loop_step(&mut self.0, r, y) }
     }
 
     pub fn guard(&self) -> Guard {
-        match unsafe { tribo_sys::tribo_axis_guard(&self.0) } {
+        match unsafe { tribo_sys::tribo_sys_loop_guard(&self.0) } {
             0 => Guard::None,
             1 => Guard::Hunting,
             _ => Guard::Overshoot,
