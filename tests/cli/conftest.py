@@ -1,16 +1,18 @@
 """Runs tribo-sim (its path is in TRIBO_SIM) and reads what it leaves."""
 
 import csv
+import io
 import json
 import os
 import pathlib
 import subprocess
+import tarfile
 import time
 
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-GOLDEN = ROOT / "tests" / "golden"
+VECTORS = ROOT / "tests" / "golden" / "vectors.tar.xz"
 SCENARIOS = ROOT / "host_sim" / "scenarios"
 
 # The shortest scenario there is; a test appends what it is about.
@@ -77,9 +79,19 @@ def processor_s(process):
 def read_csv(path):
     """Columns of numbers by name."""
     with open(path, newline="", encoding="ascii") as file:
-        rows = csv.reader(file)
-        names = next(rows)
-        columns = list(zip(*[[float(value) for value in row] for row in rows]))
+        return _columns(file)
+
+
+def read_vectors(name):
+    """Likewise, of golden vectors."""
+    with tarfile.open(VECTORS) as archive, io.TextIOWrapper(archive.extractfile(f"{name}.csv"), "ascii", newline="") as file:
+        return _columns(file)
+
+
+def _columns(file):
+    rows = csv.reader(file)
+    names = next(rows)
+    columns = list(zip(*[[float(value) for value in row] for row in rows]))
     return dict(zip(names, columns))
 
 

@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from conftest import GOLDEN, PAPER, read_csv
+from conftest import PAPER, read_csv, read_vectors
 
 HEADER = "t_s,u_N,F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N"
 
@@ -19,9 +19,9 @@ ASYMMETRIC = """friction:
 PARAMS = {"paper": "{}\n", "asymmetric_gravity": ASYMMETRIC, "k1p1": "friction: {k_min: 1.1, k_max: 1.1}\n"}
 
 
-def log_of(sim, golden, columns):
-    """The golden vector's input as a log, with time stamps at 1 ms."""
-    rows = read_csv(golden)
+def log_of(sim, name, columns):
+    """The input of golden vectors as a log, with time stamps at 1 ms."""
+    rows = read_vectors(name)
     lines = ["t_s," + ",".join(columns)]
     for k in range(len(rows["u_N"])):
         lines.append(f"{k * 0.001:.3f}," + ",".join(f"{rows[name][k]:.12g}" for name in columns))
@@ -44,7 +44,7 @@ def compare(golden, result, pairs, tolerance):
 
 @pytest.mark.parametrize("params", ["paper", "asymmetric_gravity"])
 def test_own_force_reproduces_the_golden_compensator(sim, params):
-    golden = log_of(sim, GOLDEN / f"compensator_{params}.csv", ["u_N"])
+    golden = log_of(sim, f"compensator_{params}", ["u_N"])
     sim.write("p.yaml", PARAMS[params])
     sim.ok("replay", "log.csv", "--params", "p.yaml", "--out", "out.csv")
     result = read_csv(sim.folder / "out.csv")
@@ -55,7 +55,7 @@ def test_own_force_reproduces_the_golden_compensator(sim, params):
 
 @pytest.mark.parametrize("params", ["paper", "asymmetric_gravity", "k1p1"])
 def test_measured_force_reproduces_the_golden_friction(sim, params):
-    golden = log_of(sim, GOLDEN / f"friction_{params}.csv", ["F_N", "u_N"])
+    golden = log_of(sim, f"friction_{params}", ["F_N", "u_N"])
     sim.write("p.yaml", PARAMS[params])
     sim.ok("replay", "log.csv", "--params", "p.yaml", "--force", "measured", "--out", "out.csv")
     result = read_csv(sim.folder / "out.csv")
@@ -73,7 +73,7 @@ def test_replay_of_a_simulated_run_gives_what_the_loop_saw(sim):
 
 
 def test_set_goes_over_the_params_file(sim):
-    log_of(sim, GOLDEN / "compensator_paper.csv", ["u_N"])
+    log_of(sim, "compensator_paper", ["u_N"])
     sim.write("p.yaml", "friction: {k_min: 3}\n")
     soft = sim.ok("replay", "log.csv", "--params", "p.yaml")
     assert soft == sim.ok("replay", "log.csv", "--set", "compensator.friction.k_min=3")
@@ -82,7 +82,7 @@ def test_set_goes_over_the_params_file(sim):
 
 
 def test_a_breakaway_table_is_used(sim):
-    log_of(sim, GOLDEN / "friction_paper.csv", ["F_N", "u_N"])
+    log_of(sim, "friction_paper", ["F_N", "u_N"])
     points = ", ".join(f"{{force_N: {F}, positive_N: {0.007 + 0.3 * F}, negative_N: {0.007 + 0.3 * F}}}" for F in (0, 1, 10))
     sim.write("p.yaml", f"friction:\n  breakaway:\n    table: [{points}]\n")
     sim.ok("replay", "log.csv", "--params", "p.yaml", "--force", "measured", "--out", "table.csv")
@@ -105,7 +105,7 @@ def test_a_set_that_replay_does_not_read(sim):
 
 
 def test_the_paper_is_the_default(sim):
-    log_of(sim, GOLDEN / "compensator_paper.csv", ["u_N"])
+    log_of(sim, "compensator_paper", ["u_N"])
     sim.write("p.yaml", "{}\n")
     assert sim.ok("replay", "log.csv") == sim.ok("replay", "log.csv", "--params", "p.yaml", "--force", "own")
 
@@ -336,16 +336,16 @@ def test_a_full_standard_output_is_an_error(sim):
 @pytest.mark.parametrize("params", ["paper", "asymmetric_gravity"])
 def test_q31_reproduces_the_golden_vectors(sim, params):
     sim.write("p.yaml", PARAMS[params])
-    golden = log_of(sim, GOLDEN / f"compensator_{params}.csv", ["u_N"])
+    golden = log_of(sim, f"compensator_{params}", ["u_N"])
     sim.ok("replay", "log.csv", "--params", "p.yaml", "--arith", "q31", "--out", "out.csv")
     compare(golden, read_csv(sim.folder / "out.csv"), [("F_hat_N", "F_hat_N"), ("f_N", "f_hat_N")], 2e-6)
-    golden = log_of(sim, GOLDEN / f"friction_{params}.csv", ["F_N", "u_N"])
+    golden = log_of(sim, f"friction_{params}", ["F_N", "u_N"])
     sim.ok("replay", "log.csv", "--params", "p.yaml", "--arith", "q31", "--force", "measured", "--out", "out.csv")
     compare(golden, read_csv(sim.folder / "out.csv"), [("n_N", "n_N"), ("f_N", "f_hat_N")], 5e-7)
 
 
 def test_both_has_the_columns_of_each_and_says_how_they_differ(sim):
-    log_of(sim, GOLDEN / "compensator_paper.csv", ["u_N"])
+    log_of(sim, "compensator_paper", ["u_N"])
     results = {}
     for arith in ("f32", "q31"):
         sim.ok("replay", "log.csv", "--arith", arith, "--out", "out.csv")

@@ -11,6 +11,11 @@ void csv_open(csv_t *csv, const char *name, const char *header)
     char line[512];
     (void)snprintf(path, sizeof path, "%s/%s", TRIBO_GOLDEN_DIR, name);
     csv->file = fopen(path, "r");
+    if (csv->file == NULL)
+    {
+        (void)snprintf(path, sizeof path, "%s/%s", TRIBO_VECTORS_DIR, name);
+        csv->file = fopen(path, "r");
+    }
     TEST_ASSERT_NOT_NULL_MESSAGE(csv->file, path);
     do
     {

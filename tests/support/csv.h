@@ -16,7 +16,7 @@ typedef struct
     double value[CSV_COLUMNS_MAX];
 } csv_t;
 
-/// Opens tests/golden/`name` and fails the test unless its header line is `header`.
+/// Opens `name` of tests/golden or its vectors.tar.xz, and fails the test unless its header line is `header`.
 void csv_open(csv_t *csv, const char *name, const char *header);
 
 /// Reads one row into `value`; false at the end, where the file is closed.
