@@ -1,19 +1,11 @@
-// A force axis as Rust sees it. In Rust a value may move at any time and an axis points to itself, so each call sets these pointers anew.
+// A force axis as Rust sees it. In Rust a value may move at any time.
 
-#include "tribo/axis_f32.h"
+#include "movable_axis.h"
 
 #define AXIS_BYTES 1664u // of Axis in src/lib.rs
 
-/// The params of the last tick must stay until those of a change have run, so there are two: the axis' own, and `next`.
-typedef struct
-{
-    tribo_axis_f32_t        axis;
-    tribo_axis_f32_params_t next;
-    uint8_t                 has_next, had_next; ///< 1: `next` is in use, and was in the last tick
-} sys_axis_t;
-
-_Static_assert(sizeof(sys_axis_t) <= AXIS_BYTES, "Axis in src/lib.rs is too small");
-_Static_assert(_Alignof(sys_axis_t) <= 8, "Axis in src/lib.rs is not aligned enough");
+_Static_assert(sizeof(movable_axis_t) <= AXIS_BYTES, "Axis in src/lib.rs is too small");
+_Static_assert(_Alignof(movable_axis_t) <= 8, "Axis in src/lib.rs is not aligned enough");
 
 typedef struct
 {
@@ -31,17 +23,17 @@ typedef struct
     uint32_t bad_inputs, limited_ticks, forgotten, warnings;
 } axis_report_t;
 
-int32_t     tribo_sys_axis_init(sys_axis_t *axis, const axis_config_t *config);
-int32_t     tribo_sys_axis_change(sys_axis_t *axis, const axis_config_t *config);
-float       tribo_sys_axis_step(sys_axis_t *axis, float r, float y);
-float       tribo_sys_axis_error(sys_axis_t *axis, float r, float y);
-float       tribo_sys_axis_command(sys_axis_t *axis, float v);
-float       tribo_sys_axis_excess(const sys_axis_t *axis);
-void        tribo_sys_axis_report(sys_axis_t *axis, axis_report_t *report);
+int32_t     tribo_sys_axis_init(movable_axis_t *axis, const axis_config_t *config);
+int32_t     tribo_sys_axis_change(movable_axis_t *axis, const axis_config_t *config);
+float       tribo_sys_axis_step(movable_axis_t *axis, float r, float y);
+float       tribo_sys_axis_error(movable_axis_t *axis, float r, float y);
+float       tribo_sys_axis_command(movable_axis_t *axis, float v);
+float       tribo_sys_axis_excess(const movable_axis_t *axis);
+void        tribo_sys_axis_report(movable_axis_t *axis, axis_report_t *report);
 const char *tribo_sys_axis_warning(uint32_t *warnings);
-void        tribo_sys_axis_restore(sys_axis_t *axis);
-void        tribo_sys_axis_export(sys_axis_t *axis, uint8_t *bytes);
-int32_t     tribo_sys_axis_import(sys_axis_t *axis, const uint8_t *bytes, size_t size);
+void        tribo_sys_axis_restore(movable_axis_t *axis);
+void        tribo_sys_axis_export(movable_axis_t *axis, uint8_t *bytes);
+int32_t     tribo_sys_axis_import(movable_axis_t *axis, const uint8_t *bytes, size_t size);
 
 static tribo_axis_f32_config_t expanded(const axis_config_t *config)
 {
@@ -63,93 +55,48 @@ static tribo_axis_f32_config_t expanded(const axis_config_t *config)
     return full;
 }
 
-static tribo_axis_f32_params_t *params_of(sys_axis_t *own, uint8_t is_next)
-{
-    return is_next != 0u ? &own->next : &own->axis.params;
-}
-
-static void point(tribo_axis_f32_params_t *params)
-{
-    params->loop.method = &params->feedforward.method;
-    params->loop.guard  = &params->guard;
-}
-
-/// The axis, at the address that it has now.
-static tribo_axis_f32_t *here(sys_axis_t *own)
-{
-    tribo_axis_f32_t *const axis = &own->axis;
-    point(&axis->params);
-    point(&own->next);
-    axis->active           = params_of(own, own->has_next);
-    axis->loop.active      = axis->loop.active != NULL ? &params_of(own, own->had_next)->loop : NULL;
-    axis->loop.active_seal = ~(uintptr_t)axis->loop.active;
-    axis->loop.memory      = &axis->memory;
-    axis->loop.memory_seal = ~(uintptr_t)axis->loop.memory;
-    axis->loop.guard       = &axis->guard;
-    axis->loop.guard_seal  = ~(uintptr_t)axis->loop.guard;
-    return axis;
-}
-
-int32_t tribo_sys_axis_init(sys_axis_t *axis, const axis_config_t *config)
-{
-    const tribo_axis_f32_config_t full   = expanded(config);
-    const tribo_status_t          status = tribo_axis_f32_init(&axis->axis, &full);
-    if (status == TRIBO_OK)
-    {
-        axis->next     = axis->axis.params;
-        axis->has_next = 0;
-        axis->had_next = 0;
-    }
-    return (int32_t)status;
-}
-
-int32_t tribo_sys_axis_change(sys_axis_t *axis, const axis_config_t *config)
+int32_t tribo_sys_axis_init(movable_axis_t *axis, const axis_config_t *config)
 {
     const tribo_axis_f32_config_t full = expanded(config);
-    tribo_axis_f32_params_t       made;
-    tribo_status_t                status = tribo_axis_f32_prepare(&made, &full);
-    if (status == TRIBO_OK)
-    {
-        status = tribo_axis_f32_change(here(axis), &made);
-    }
-    if (status == TRIBO_OK)
-    {
-        axis->has_next                   = (uint8_t)(1u - axis->had_next);
-        *params_of(axis, axis->has_next) = made;
-    }
-    return (int32_t)status;
+    return (int32_t)movable_axis_init(axis, &full);
 }
 
-float tribo_sys_axis_step(sys_axis_t *axis, float r, float y)
+int32_t tribo_sys_axis_change(movable_axis_t *axis, const axis_config_t *config)
 {
-    const float u  = tribo_axis_f32_step(here(axis), r, y);
-    axis->had_next = axis->has_next;
+    const tribo_axis_f32_config_t full = expanded(config);
+    return (int32_t)movable_axis_change(axis, &full);
+}
+
+float tribo_sys_axis_step(movable_axis_t *axis, float r, float y)
+{
+    const float u = tribo_axis_f32_step(movable_axis_here(axis), r, y);
+    movable_axis_ran(axis);
     return u;
 }
 
-float tribo_sys_axis_error(sys_axis_t *axis, float r, float y)
+float tribo_sys_axis_error(movable_axis_t *axis, float r, float y)
 {
-    const float e  = tribo_axis_f32_error(here(axis), r, y);
-    axis->had_next = axis->has_next;
+    const float e = tribo_axis_f32_error(movable_axis_here(axis), r, y);
+    movable_axis_ran(axis);
     return e;
 }
 
-float tribo_sys_axis_command(sys_axis_t *axis, float v)
+float tribo_sys_axis_command(movable_axis_t *axis, float v)
 {
-    const float u  = tribo_axis_f32_command(here(axis), v);
-    axis->had_next = axis->has_next;
+    const float u = tribo_axis_f32_command(movable_axis_here(axis), v);
+    movable_axis_ran(axis);
     return u;
 }
 
-float tribo_sys_axis_excess(const sys_axis_t *axis)
+float tribo_sys_axis_excess(const movable_axis_t *axis)
 {
     return axis->axis.excess_n;
 }
 
-void tribo_sys_axis_report(sys_axis_t *axis, axis_report_t *report)
+void tribo_sys_axis_report(movable_axis_t *axis, axis_report_t *report)
 {
     tribo_axis_report_t now;
-    tribo_axis_f32_report(here(axis), &now);
+    tribo_axis_f32_report(movable_axis_here(axis), &now);
     *report = (axis_report_t){{now.breakaway_n[0], now.breakaway_n[1]},
                               {now.low_n[0], now.low_n[1]},
                               {now.high_n[0], now.high_n[1]},
@@ -167,24 +114,24 @@ const char *tribo_sys_axis_warning(uint32_t *warnings)
     return tribo_axis_warning(warnings);
 }
 
-void tribo_sys_axis_restore(sys_axis_t *axis)
+void tribo_sys_axis_restore(movable_axis_t *axis)
 {
-    tribo_axis_f32_restore(here(axis));
+    tribo_axis_f32_restore(movable_axis_here(axis));
 }
 
 _Static_assert(sizeof(tribo_axis_f32_blob_t) == 104u, "LEARNED_BYTES in src/lib.rs has another size");
 
-void tribo_sys_axis_export(sys_axis_t *axis, uint8_t *bytes)
+void tribo_sys_axis_export(movable_axis_t *axis, uint8_t *bytes)
 {
     tribo_axis_f32_blob_t blob;
-    tribo_axis_f32_export(here(axis), &blob);
+    tribo_axis_f32_export(movable_axis_here(axis), &blob);
     for (size_t i = 0; i < sizeof blob; i++)
     {
         bytes[i] = ((const uint8_t *)&blob)[i];
     }
 }
 
-int32_t tribo_sys_axis_import(sys_axis_t *axis, const uint8_t *bytes, size_t size)
+int32_t tribo_sys_axis_import(movable_axis_t *axis, const uint8_t *bytes, size_t size)
 {
     tribo_axis_f32_blob_t blob;
     if (size != sizeof blob)
@@ -195,5 +142,5 @@ int32_t tribo_sys_axis_import(sys_axis_t *axis, const uint8_t *bytes, size_t siz
     {
         ((uint8_t *)&blob)[i] = bytes[i];
     }
-    return (int32_t)tribo_axis_f32_import(here(axis), &blob);
+    return (int32_t)tribo_axis_f32_import(movable_axis_here(axis), &blob);
 }
