@@ -190,7 +190,8 @@ bool fmu_model_step(fmu_model_t *model, double t_s, double step_s)
     const double   ticks = round(step_s / h);
     if (!now->is_started)
     {
-        return common_error_set(&model->error, "it has not started: its parameters were refused, or there was no start");
+        return common_error_set(&model->error,
+                                "it has not started: its parameters were refused, or there was no start");
     }
     if (!(ticks >= 1.0 && fabs(step_s - ticks * h) <= 1e-6 * h))
     {
