@@ -1,5 +1,7 @@
 #include "core.h"
 
+#include "joint.h"
+
 #include "loop/effective.h"
 #include "scenario/columns.h"
 #include "scenario/config.h"
@@ -12,6 +14,8 @@
 static common_error_t     error;
 static common_scenario_t *scenario;
 static sim_summary_t      summary;
+static joint_result_t     joint;
+static bool               is_joint; // else it is a scenario that was played
 static double            *columns[SIM_COLUMNS_MAX];
 static unsigned           column_count;
 static size_t             tick_count, rows;
@@ -47,14 +51,13 @@ static bool record(void *context, const sim_row_t *row, double part_done, common
     return true;
 }
 
-static bool make_columns(void)
+static bool make_columns(size_t ticks, unsigned count)
 {
-    const sim_config_t *config = sim_scenario_config(scenario);
-    tick_count                 = (size_t)(config->duration_s / config->loop.sample_time_s + 0.5);
-    column_count               = sim_column_count(sim_run_learns(config));
-    columns[0]                 = tick_count < SIZE_MAX / sizeof(double) / SIM_COLUMNS_MAX
-                                     ? malloc(tick_count * column_count * sizeof(double))
-                                     : NULL;
+    tick_count   = ticks;
+    column_count = count;
+    columns[0]   = tick_count < SIZE_MAX / sizeof(double) / SIM_COLUMNS_MAX
+                       ? malloc(tick_count * column_count * sizeof(double))
+                       : NULL;
     for (unsigned i = 1; columns[0] != NULL && i < column_count; i++)
     {
         columns[i] = columns[0] + i * tick_count;
@@ -62,16 +65,39 @@ static bool make_columns(void)
     return columns[0] != NULL || common_error_set(&error, "duration_s: the run is too long for this page's memory");
 }
 
+static bool make_columns_of_scenario(void)
+{
+    const sim_config_t *config = sim_scenario_config(scenario);
+    return make_columns((size_t)(config->duration_s / config->loop.sample_time_s + 0.5),
+                        sim_column_count(sim_run_learns(config)));
+}
+
 bool playground_play(char *text, bool q31)
 {
     forget();
+    is_joint                        = false;
     scenario                        = sim_scenario_create();
     const sim_run_options_t options = {.q31 = q31};
     const bool              ok = scenario != NULL && common_scenario_load_text(scenario, text, "scenario", &error) &&
-                    sim_scenario_check(scenario, &error) && make_columns() &&
+                    sim_scenario_check(scenario, &error) && make_columns_of_scenario() &&
                     sim_run(scenario, &options, record, NULL, &summary, &error);
     free(text);
     return ok || common_error_set(&error, "out of memory"); // unless an error is set already
+}
+
+bool playground_play_joint(double *settings)
+{
+    joint_settings_t own;
+    memcpy(&own, settings, sizeof own);
+    free(settings);
+    forget();
+    is_joint = true;
+    if (!make_columns(JOINT_TICKS, JOINT_COLUMNS) || !joint_play(&own, columns, &joint, &error))
+    {
+        return false;
+    }
+    rows = JOINT_TICKS;
+    return true;
 }
 
 const char *playground_complaint(void)
@@ -91,7 +117,7 @@ unsigned playground_column_count(void)
 
 const char *playground_column_name(unsigned column)
 {
-    return sim_columns[column].name;
+    return is_joint ? joint_column_names[column] : sim_columns[column].name;
 }
 
 const double *playground_column(unsigned column)
@@ -99,18 +125,22 @@ const double *playground_column(unsigned column)
     return columns[column];
 }
 
-double playground_rms_error_n(void)
+double playground_rms_error(void)
 {
-    return summary.result.rms_error_n;
+    return is_joint ? joint.rms_error : summary.result.rms_error_n;
 }
 
-double playground_max_error_n(void)
+double playground_max_error(void)
 {
-    return summary.result.max_error_n;
+    return is_joint ? joint.max_error : summary.result.max_error_n;
 }
 
 const char *playground_guard(void)
 {
+    if (is_joint)
+    {
+        return joint.cause;
+    }
     return summary.result.guard != NULL ? summary.result.guard : "";
 }
 

@@ -1,6 +1,6 @@
-/// What the page and its tests call: a scenario's text in, a run's columns out. All else is the simulator's own source.
+/// What the page and its tests call: a scenario's text in, a run's columns out, by the simulator's own source; or the settings of joint.h.
 ///
-/// One run at a time: what a function returns stays until the next call of `play`.
+/// One run at a time: what a function returns stays until the next run.
 
 #ifndef PLAYGROUND_CORE_H
 #define PLAYGROUND_CORE_H
@@ -16,20 +16,24 @@
 #define EXPORT(name)
 #endif
 
-/// Room for text that the caller writes and `play` frees.
+/// Room for text or settings that the caller writes and a run frees.
 EXPORT(room) char *playground_room(size_t size);
 
 /// Plays the scenario of `text`. False: `complaint` says why.
 EXPORT(play) bool playground_play(char *text, bool q31);
+
+/// Plays the joint of JOINT_SETTINGS numbers. False: `complaint` says why.
+EXPORT(play_joint) bool playground_play_joint(double *settings);
 
 EXPORT(complaint) const char *playground_complaint(void);
 EXPORT(row_count) size_t playground_row_count(void);
 EXPORT(column_count) unsigned playground_column_count(void);
 EXPORT(column_name) const char *playground_column_name(unsigned column);
 EXPORT(column) const double *playground_column(unsigned column);
-EXPORT(rms_error_n) double playground_rms_error_n(void);
-EXPORT(max_error_n) double playground_max_error_n(void);
-/// Why the guard has faded the compensation; "" if there is none.
+/// In N, of a joint in rad.
+EXPORT(rms_error) double playground_rms_error(void);
+EXPORT(max_error) double playground_max_error(void);
+/// Why the guard has faded the compensation; "" if there is none. Of a joint "sound", or a sentence.
 EXPORT(guard) const char *playground_guard(void);
 
 /// The scenario as played, as `tribo-sim run --out` writes it: a file that plays it again.

@@ -23,9 +23,9 @@ export async function makeCore(bytes) {
     };
 
     // The columns are views that hold until the next call.
-    function play(text, q31 = false) {
+    function played(run) {
         const start = performance.now();
-        if (!wasm.play(write(text), q31)) throw new Error(read(wasm.complaint()));
+        if (!run()) throw new Error(read(wasm.complaint()));
         const duration_ms = performance.now() - start;
         const columns = {};
         for (let i = 0; i < wasm.column_count(); i++) {
@@ -34,12 +34,19 @@ export async function makeCore(bytes) {
         return {
             columns,
             duration_ms,
-            rmsError_N: wasm.rms_error_n(),
-            maxError_N: wasm.max_error_n(),
+            rmsError: wasm.rms_error(),
+            maxError: wasm.max_error(),
             guard: read(wasm.guard()),
             digest: () => BigInt.asUintN(64, wasm.digest()).toString(16).padStart(16, "0"),
             scenario: () => read(wasm.scenario_text()),
         };
     }
-    return {play};
+    const play = (text, q31 = false) => played(() => wasm.play(write(text), q31));
+    const playJoint = (settings) => played(() => {
+        const at = wasm.room(8 * settings.length);
+        if (at === 0) throw new Error("out of memory");
+        new Float64Array(wasm.memory.buffer).set(settings, at / 8);
+        return wasm.play_joint(at);
+    });
+    return {play, playJoint};
 }

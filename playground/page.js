@@ -2,41 +2,69 @@
 "use strict";
 
 const RATIO_MODELS = ["coulomb", "karnopp", "armstrong", "bristle", "lugre", "elasto_plastic", "leuven", "maxwell_slip"];
-const MODELS = ["paper", "dahl", "reset_integrator", "bliman_sorine", "lubricated", ...RATIO_MODELS];
+const MODELS = {
+    paper: "hysteresis of the paper", coulomb: "Coulomb", karnopp: "Karnopp", armstrong: "Armstrong", dahl: "Dahl", bristle: "bristles", lugre: "LuGre",
+    elasto_plastic: "elasto-plastic", leuven: "Leuven", maxwell_slip: "Maxwell slip", reset_integrator: "reset integrator",
+    bliman_sorine: "Bliman–Sorine", lubricated: "lubricated",
+};
 
-// A setting: id, label, unit, least, most, step, default; or words to choose from, the first the default.
+// A setting: id, label, unit, least, most, step, default; or words to choose from, by value, the first the default. A group is of one door, or of both.
 const GROUPS = [
-    ["Friction", [
-        ["offset", "Breakaway at no force", "N", 0.001, 0.05, 0.001, 0.007],
-        ["slope", "and over |F|", "N/N", 0, 0.6, 0.01, 0.3],
-        ["k", "k inside stiction, slow (fast: 0.3 of it)", "", 4, 60, 1, 20],
-        ["model", "Plant's friction", ["paper", ...MODELS.slice(1)]],
-        ["sliding", "Sliding over breakaway", "", 0.5, 1, 0.01, 1],
-        ["mismatch", "Plant's breakaway, against the believed", "%", -50, 100, 5, 0],
+    [null, "What tribo works on", [
+        ["door", "Machine", {axis: "arm with a force sensor", joint: "joint without one"}],
     ]],
-    ["Compensation", [
-        ["method", "Method", ["feedforward", "paper"]],
-        ["gain", "Gain of the paper's method", "", 0, 1.2, 0.05, 0.85],
+    ["axis", "Friction of the arm", [
+        ["offset", "Force to break away, unloaded", "N", 0.001, 0.05, 0.001, 0.007],
+        ["slope", "More of it per newton of load", "N/N", 0, 0.6, 0.01, 0.3],
+        ["mismatch", "Real friction, against your number", "%", -50, 100, 5, 0],
+        ["sliding", "Friction while sliding, of that at rest", "", 0.5, 1, 0.01, 1],
+        ["k", "Stiffness before it breaks away", "", 4, 60, 1, 20],
+        ["model", "Law of friction", MODELS],
     ]],
-    ["Sensor", [
+    ["axis", "Compensation", [
+        ["method", "Method", {feedforward: "tribo's feed-forward", paper: "the paper's, 2011"}],
+        ["gain", "Part that the paper's method feeds back", "", 0, 1.2, 0.05, 0.85],
+    ]],
+    ["axis", "Force sensor", [
         ["noise", "Noise, standard deviation", "mN", 0, 5, 0.1, 0],
         ["delay", "Delay", "ms", 0, 10, 0.5, 0],
     ]],
-    ["Reference", [
-        ["shape", "Shape", ["triangle", "sine", "sawtooth", "step"]],
-        ["low", "Low", "N", -1, 1, 0.05, 0.4],
-        ["high", "High", "N", -1, 1, 0.05, 0.6],
+    ["axis", "Force to follow", [
+        ["shape", "Shape", {triangle: "triangle", sine: "sine", sawtooth: "sawtooth", step: "step"}],
+        ["low", "Lowest", "N", -1, 1, 0.05, 0.4],
+        ["high", "Highest", "N", -1, 1, 0.05, 0.6],
         ["period", "Period", "s", 2, 40, 1, 20],
     ]],
+    ["joint", "Friction of the joint", [
+        ["slides", "Friction while it slides", "N m", 0.02, 1, 0.02, 0.3],
+        ["extra", "More of it at standstill", "%", 0, 100, 5, 20],
+        ["guess", "Your guess of it, before tribo learns", "%", 0, 200, 10, 50],
+        ["load", "Constant load, e.g. gravity", "N m", -1, 1, 0.05, 0],
+    ]],
+    ["joint", "Your position loop, a PD", [
+        ["stiffness", "Stiffness", "N m/rad", 5, 100, 5, 20],
+        ["counts", "Counts of the encoder a turn", {65536: "65,536", 16384: "16,384", 4096: "4,096"}],
+    ]],
+    ["joint", "Compensation", [
+        ["part", "Part of the friction that is taken out", "", 0, 1, 0.05, 0.9],
+    ]],
+    ["joint", "Motion to follow", [
+        ["motion", "Shape", {sine: "sine", triangle: "triangle", stops: "moves and stops"}],
+        ["swing", "Swing to either side", "rad", 0.01, 1, 0.01, 0.25],
+        ["time", "Period", "s", 0.5, 10, 0.5, 2],
+    ]],
 ];
-const SETTINGS = GROUPS.flatMap(([, settings]) => settings);
-const isChoice = (setting) => Array.isArray(setting[2]);
-const standard = (setting) => (isChoice(setting) ? setting[2][0] : setting[6]);
+const SETTINGS = GROUPS.flatMap(([, , settings]) => settings);
+const isChoice = (setting) => typeof setting[2] === "object";
+const standard = (setting) => (isChoice(setting) ? words(setting)[0] : setting[6]);
+// In the order of the lists: an object would have its numbers rise.
+const words = (setting) => (setting[0] === "counts" ? ["65536", "16384", "4096"] : Object.keys(setting[2]));
 const standards = Object.fromEntries(SETTINGS.map((setting) => [setting[0], standard(setting)]));
 
 const DURATION_S = 60;
 const START_S = 20; // of the metrics
 const SHOWN_S = 1; // what is before may lie outside a chart over time: the arm starts at 0 N
+const JOINT_EFFORT_MAX = 3; // N m, of joint.c: friction is at most that before it is learned
 const POINTS = 900; // of a line over time, two each
 const byId = (id) => document.getElementById(id);
 
@@ -51,7 +79,7 @@ function fromLink() {
     for (const setting of SETTINGS) {
         const text = given.get(setting[0]);
         if (text === null) continue;
-        if (isChoice(setting) ? setting[2].includes(text) : Number(text) >= setting[3] && Number(text) <= setting[4] && text.trim() !== "") {
+        if (isChoice(setting) ? words(setting).includes(text) : Number(text) >= setting[3] && Number(text) <= setting[4] && text.trim() !== "") {
             values[setting[0]] = isChoice(setting) ? text : Number(text);
         }
     }
@@ -87,6 +115,27 @@ function scenarioOf(v, on) {
 // YAML, of which JSON is a part.
 const textOf = (scenario) => JSON.stringify(scenario);
 
+// The numbers of joint.h's settings, likewise.
+function jointOf(v, on) {
+    return [v.slides, v.extra / 100, v.load, tidy((v.slides * v.guess) / 100), v.stiffness, on ? v.part : 0, Number(v.counts),
+            ["sine", "triangle", "stops"].indexOf(v.motion), v.swing, v.time];
+}
+
+// What a user writes for it.
+function configOf(v) {
+    const travel = ((4 * 2 * Math.PI) / Number(v.counts)).toPrecision(3);
+    return `tribo_joint_config_t config = tribo_joint_config();
+config.sample_time_s = 0.001f;
+config.effort_max    = ${JOINT_EFFORT_MAX}.0f; // N m
+config.travel        = ${travel}f; // rad: four counts of the encoder
+config.breakaway     = ${tidy((v.slides * v.guess) / 100)}f; // N m: a guess, which it corrects
+config.gain          = ${v.part}f;
+tribo_joint_f32_init(&joint, &config);
+// every millisecond:
+u = tribo_joint_f32_step(&joint, my_loop(q_ref, q), q_ref, q);
+`;
+}
+
 function shown(setting, value) {
     const [, , unit, , , step] = setting;
     const places = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
@@ -106,6 +155,13 @@ function showSettings() {
     enable("gain", values.method === "paper");
     enable("sliding", RATIO_MODELS.includes(values.model));
     enable("period", values.shape !== "step");
+    for (const group of document.querySelectorAll("fieldset[data-door]")) group.hidden = group.dataset.door !== values.door;
+    const isJoint = values.door === "joint";
+    byId("save").hidden = isJoint;
+    byId("story").textContent = isJoint ? "A joint that sticks, under a position loop: without tribo, and with tribo between the loop and the drive. It has an encoder and no force sensor."
+        : "A force loop on an arm that sticks, without and with compensation.";
+    byId("export-title").textContent = isJoint ? "The joint's config in C" : "The scenario with compensation, as a file for tribo-sim run";
+    for (const card of document.querySelectorAll(".what")) card.textContent = isJoint ? "RMS error of position" : "RMS error of force";
 }
 
 function makeForm() {
@@ -114,13 +170,14 @@ function makeForm() {
         element.append(...children);
         return element;
     };
-    for (const [title, settings] of GROUPS) {
+    for (const [door, title, settings] of GROUPS) {
         const group = make("fieldset", {}, make("legend", {textContent: title}));
+        if (door) group.dataset.door = door;
         for (const setting of settings) {
             const [id, label] = setting;
             const row = make("div", {className: "row"}, make("label", {htmlFor: id, textContent: label}));
             if (isChoice(setting)) {
-                row.append(make("select", {id}, ...setting[2].map((word) => make("option", {value: word, textContent: word.replace("_", " ")}))));
+                row.append(make("select", {id}, ...words(setting).map((word) => make("option", {value: word, textContent: setting[2][word]}))));
             } else {
                 const [, , , min, max, step] = setting;
                 row.append(make("output", {id: `${id}-value`}), make("input", {id, type: "range", min, max, step}));
@@ -144,10 +201,10 @@ function makeForm() {
             event.target.textContent = "Copied";
             setTimeout(() => (event.target.textContent = "Copy link"), 1500);
         }),
-        button("Save scenario", () => {
+        Object.assign(button("Save scenario", () => {
             const file = make("a", {download: "playground.yaml", href: URL.createObjectURL(new Blob([byId("scenario").textContent]))});
             file.click();
-        })));
+        }), {id: "save"})));
     byId("settings").addEventListener("submit", (event) => event.preventDefault());
 }
 
@@ -182,14 +239,18 @@ async function work(makeCore, points) {
         const every = Math.ceil(c.t_s.length / points);
         const parts = Math.ceil(c.t_s.length / every);
         const t = new Float32Array(2 * parts).map((_, i) => c.t_s[Math.min(Math.floor((i * every) / 2), c.t_s.length - 1)]);
-        const error = c.r_N.map((r, i) => 1e3 * (r - c.F_N[i]));
-        const over = {t, error: thin(error, every, parts)};
-        for (const name of ["r_N", "F_N", "y_N", "plant_Q1", "plant_Q2", "plant_Q"]) over[name] = thin(c[name], every, parts);
+        const over = {t};
+        for (const [name, column] of Object.entries(c)) over[name] = thin(column, every, parts);
+        const told = {over, rms: run.rmsError, guard: run.guard, duration_ms: run.duration_ms, simulated_s: Math.round(c.t_s.at(-1)), digest: run.digest()};
+        if (c.q_ref) {
+            over.error = thin(c.error.map((e) => 1e3 * e), every, parts);
+            return told;
+        }
+        over.error = thin(c.r_N.map((r, i) => 1e3 * (r - c.F_N[i])), every, parts);
         const from = Math.floor(c.t_s.length / 3);
         const step = Math.max(1, Math.floor((c.t_s.length - from) / 20000));
         const curve = (column) => Float32Array.from({length: Math.floor((c.t_s.length - from) / step)}, (_, i) => column[from + i * step]);
-        return {over, n: curve(c.plant_n_N), left: curve(c.plant_n_N.map((n, i) => 1e3 * (n - c.f_N[i]))), rms_N: run.rmsError_N, guard: run.guard, duration_ms: run.duration_ms,
-                digest: run.digest(), scenario: run.scenario()};
+        return {...told, n: curve(c.plant_n_N), left: curve(c.plant_n_N.map((n, i) => 1e3 * (n - c.f_N[i]))), scenario: run.scenario()};
     }
     let making;
     onmessage = async ({data}) => {
@@ -199,7 +260,8 @@ async function work(makeCore, points) {
         }
         try {
             const core = await making;
-            postMessage({id: data.id, pictures: data.texts.map((text) => picture(core.play(text)))});
+            const play = (what) => (typeof what === "string" ? core.play(what) : core.playJoint(what));
+            postMessage({id: data.id, door: data.door, pictures: data.runs.map((what) => picture(play(what)))});
         } catch (problem) {
             postMessage({id: data.id, complaint: problem.message});
         }
@@ -226,31 +288,34 @@ function play() {
     if (isBusy) return;
     isStale = false;
     isBusy = true;
-    worker.postMessage({id: ++runCount, texts: [false, true].map((on) => textOf(scenarioOf(values, on)))});
+    const {door} = values;
+    worker.postMessage({id: ++runCount, door, runs: [false, true].map((on) => (door === "joint" ? jointOf(values, on) : textOf(scenarioOf(values, on))))});
 }
 
 worker.onmessage = ({data}) => {
     isBusy = false;
     byId("complaint").textContent = data.complaint ?? "";
-    if (data.pictures) show(data.pictures);
+    if (data.pictures) show(data.door, data.pictures);
     document.body.dataset.run = data.id; // for the tests
     document.body.dataset.settled = !isStale;
     if (isStale) play();
 };
 
-const newtons = (n) => (n < 0.1 ? `${(1e3 * n).toPrecision(3)} mN` : `${n.toPrecision(3)} N`);
+const amount = (x, unit) => (x < 0.1 ? `${(1e3 * x).toPrecision(3)} m${unit}` : `${x.toPrecision(3)} ${unit}`);
 
-function show(pictures) {
+function show(door, pictures) {
     const [without, compensated] = pictures;
-    byId("without").textContent = newtons(without.rms_N);
-    byId("with").textContent = newtons(compensated.rms_N);
-    byId("gained").textContent = `${(without.rms_N / compensated.rms_N).toPrecision(3)} ×`;
-    byId("duration").textContent = `${DURATION_S} s in ${((without.duration_ms + compensated.duration_ms) / 2e3).toPrecision(2)} s`;
-    byId("long").textContent = compensated.guard !== "none" && compensated.guard !== "" ? `the guard has faded it: ${compensated.guard}` : `errors count from ${START_S} s on`;
-    byId("scenario").textContent = compensated.scenario;
-    Object.assign(document.body.dataset, {digestWithout: without.digest, digestWith: compensated.digest, rmsWith: compensated.rms_N,
+    const unit = door === "joint" ? "rad" : "N";
+    byId("without").textContent = amount(without.rms, unit);
+    byId("with").textContent = amount(compensated.rms, unit);
+    byId("gained").textContent = `${(without.rms / compensated.rms).toPrecision(3)} ×`;
+    byId("duration").textContent = `${compensated.simulated_s} s in ${((without.duration_ms + compensated.duration_ms) / 2e3).toPrecision(2)} s`;
+    const isFaded = !["", "none", "sound"].includes(compensated.guard);
+    byId("long").textContent = isFaded ? `the guard has faded it: ${compensated.guard}` : `errors count from ${door === "joint" ? 10 : START_S} s on`;
+    byId("scenario").textContent = compensated.scenario ?? configOf(values);
+    Object.assign(document.body.dataset, {digestWithout: without.digest, digestWith: compensated.digest, rmsWithout: without.rms, rmsWith: compensated.rms,
                                           seconds: Math.max(without.duration_ms, compensated.duration_ms) / 1e3});
-    draw(pictures);
+    draw(door, pictures);
 }
 
 // --- charts -----------------------------------------------------------------------------------------------------------------------
@@ -270,28 +335,42 @@ const curveOf = (signal) => ({
     facets: [{scale: "x", auto: true}, {scale: "y", auto: true}],
 });
 
-// Title, axes, lines, data of a picture, height; the one over net force is a curve.
-const CHARTS = [
-    ["Force", "N", [line("y_N", 1), line("F_N", 1.4), line("r_N", 1, {dash: [5, 4]})], (o) => [o.y_N, o.F_N, o.r_N], 200],
-    ["Error r − F", "mN", [line("error", 1.1)], (o) => [o.error], 180],
-    ["Relays", "", [line("Q", 1.2, stepped), line("Q2", 1.2, stepped), line("Q1", 1.2, stepped)],
-     (o) => [o.plant_Q, o.plant_Q2.map((q) => q + 1.4), o.plant_Q1.map((q) => q + 2.8)], 150],
-    ["Hysteresis: net force less friction", "n − f (mN)", [curveOf("residual_N")], null, 300],
-];
-const drawn = []; // of each chart both sides
+const named = (label, stroke, width = 1.2, more = {}) => ({...line("error", width, more), label, stroke});
+const compared = () => [named("without", withoutColour), named("with compensation", withColour, 1.8)];
+
+// Title, unit, lines, height, and of both pictures the columns of each panel: one panel for both, or one a side. The first chart stands above the
+// settings on a telephone. One over net force has curves.
+const CHARTS = {
+    axis: [
+        ["Error r − F", "mN", compared(), 220, (both) => [both.map((o) => o.error)]],
+        ["Force", "N", [line("y_N", 1), line("F_N", 1.4), line("r_N", 1, {dash: [5, 4]})], 200, (both) => both.map((o) => [o.y_N, o.F_N, o.r_N])],
+        ["Relays", "", [line("Q", 1.2, stepped), line("Q2", 1.2, stepped), line("Q1", 1.2, stepped)], 150,
+         (both) => both.map((o) => [o.plant_Q, o.plant_Q2.map((q) => q + 1.4), o.plant_Q1.map((q) => q + 2.8)])],
+        ["Hysteresis", "net force less friction n − f (mN)", [curveOf("residual_N")], 300, null],
+    ],
+    joint: [
+        ["Error of position", "mrad", compared(), 220, (both) => [both.map((o) => o.error)]],
+        ["Position", "rad", [...compared(), named("reference", "#000000", 1, {dash: [5, 4]})], 200, ([off, on]) => [[off.q, on.q, off.q_ref]]],
+        ["Command u", "N m", compared(), 180, (both) => [both.map((o) => o.u)]],
+        ["Friction as learned", "N m", [named("learned", withColour, 1.8), named("at least", "#767676", 1, {dash: [5, 4]}), named("at most", "#767676", 1, {dash: [2, 3]})], 180,
+         ([, on]) => [[on.friction, ...[on.low, on.high].map((column) => Array.from(column, (x, i) => (on.high[i] < JOINT_EFFORT_MAX ? x : null)))]]],
+    ],
+};
+let drawn = []; // of each chart its panels
+let drawnDoor = null;
 let isZooming = false;
 
 function zoomTogether(from) {
     if (isZooming) return;
     isZooming = true;
     const {min, max} = from.scales.x;
-    for (const [chart] of drawn.entries()) {
-        for (const u of CHARTS[chart][3] ? drawn[chart] : []) if (u !== from) u.setScale("x", {min, max});
+    for (const [chart, panels] of drawn.entries()) {
+        for (const u of CHARTS[drawnDoor][chart][4] ? panels : []) if (u !== from) u.setScale("x", {min, max});
     }
     isZooming = false;
 }
 
-// Both sides have one scale, so that they can be compared.
+// The panels of a chart have one scale, so that they can be compared.
 function common(sides) {
     let low = Infinity;
     let high = -Infinity;
@@ -302,50 +381,59 @@ function common(sides) {
     return [low, high];
 }
 
-function dataOf(chart, pictures) {
-    const pick = CHARTS[chart][3];
+function dataOf(pick, pictures) {
     if (!pick) {
         const curves = pictures.map(({n, left}) => [n, left].map((column) => Array.from(column)));
         return {data: curves.map((curve) => [null, curve]), ranges: [0, 1].map((part) => common(curves.map((curve) => [curve[part]])))};
     }
-    const lists = pictures.map(({over}) => pick(over).map((column) => Array.from(column)));
-    const first = pictures[0].over.t.findIndex((t) => t >= SHOWN_S);
-    return {data: lists.map((list, side) => [Array.from(pictures[side].over.t), ...list]),
-            ranges: [[0, DURATION_S], common(lists.map((list) => list.map((column) => column.slice(first))))]};
+    const t = Array.from(pictures[0].over.t);
+    const panels = pick(pictures.map(({over}) => over)).map((list) => list.map((column) => Array.from(column)));
+    const first = t.findIndex((at) => at >= SHOWN_S);
+    return {data: panels.map((list) => [t, ...list]), ranges: [[0, pictures[0].simulated_s], common(panels.map((list) => list.map((column) => column.slice(first))))]};
 }
 
-function draw(pictures) {
-    CHARTS.forEach(([title, unit, series, pick, height], chart) => {
-        const {data, ranges} = dataOf(chart, pictures);
-        if (!drawn[chart]) {
-            drawn[chart] = data.map((_, side) => {
-                const box = {ranges}; // of this chart, for both sides
-                const cell = Object.assign(document.createElement("div"), {className: "chart"});
-                byId("charts").append(cell);
-                const size = () => ({width: cell.clientWidth - 12, height});
-                const options = pick
-                    ? {scales: {x: {time: false}, y: {range: () => box.ranges[1]}}, cursor: {sync: {key: "time"}, drag: {x: true, y: false}},
-                       hooks: {setScale: [(from, key) => key === "x" && zoomTogether(from)]}, series: [{label: "t (s)"}, ...series]}
-                    : {mode: 2, scales: {x: {time: false, auto: false, range: (_, low, high) => (low == null ? box.ranges[0] : [low, high])},
-                                         y: {auto: false, range: (_, low, high) => (low == null ? box.ranges[1] : [low, high])}},
-                       cursor: {drag: {x: true, y: true}, points: {show: false}}, series: [{}, ...series]};
-                const words = unit === "" ? {values: (_, places) => places.map((y) => ["Q", "Q2", "Q1"][Math.round((y - 0.5) / 1.4)]),
-                                             splits: () => [0.5, 1.9, 3.3], grid: {show: false}} : {};
-                const [x, y] = axes(pick ? "time (s)" : "net force n (N)", unit === "" ? " " : unit);
-                const u = new uPlot({...size(), title: `${title}${["", ", with compensation"][side]}`, axes: [x, {...y, ...words}], ...options}, data[side], cell);
-                u.box = box;
-                new ResizeObserver(() => u.setSize(size())).observe(cell);
-                if (!pick) u.over.addEventListener("dblclick", () => whole(u));
-                return u;
-            });
+function makePanel([title, unit, series, height, pick], panel, isAlone, place, box, data) {
+    const cell = Object.assign(document.createElement("div"), {className: isAlone ? "chart wide" : "chart"});
+    place.append(cell);
+    const size = () => ({width: cell.clientWidth - 12, height});
+    const options = pick
+        ? {scales: {x: {time: false}, y: {range: () => box.ranges[1]}}, cursor: {sync: {key: "time"}, drag: {x: true, y: false}},
+           hooks: {setScale: [(from, key) => key === "x" && zoomTogether(from)]}, series: [{label: "t (s)"}, ...series]}
+        : {mode: 2, scales: {x: {time: false, auto: false, range: (_, low, high) => (low == null ? box.ranges[0] : [low, high])},
+                             y: {auto: false, range: (_, low, high) => (low == null ? box.ranges[1] : [low, high])}},
+           cursor: {drag: {x: true, y: true}, points: {show: false}}, series: [{}, ...series]};
+    const relays = unit === "" ? {values: (_, places) => places.map((y) => ["Q", "Q2", "Q1"][Math.round((y - 0.5) / 1.4)]),
+                                  splits: () => [0.5, 1.9, 3.3], grid: {show: false}} : {};
+    const [x, y] = axes(pick ? "time (s)" : "net force n (N)", unit === "" ? " " : unit);
+    const u = new uPlot({...size(), title: isAlone ? title : `${title}, ${["without", "with"][panel]} compensation`, axes: [x, {...y, ...relays}], ...options}, data, cell);
+    u.box = box;
+    new ResizeObserver(() => u.setSize(size())).observe(cell);
+    if (!pick) u.over.addEventListener("dblclick", () => whole(u));
+    return u;
+}
+
+function draw(door, pictures) {
+    if (door !== drawnDoor) {
+        drawn.flat().forEach((u) => u.destroy());
+        drawn = [];
+        byId("first").replaceChildren();
+        byId("charts").replaceChildren();
+        drawnDoor = door;
+    }
+    CHARTS[door].forEach((chart, number) => {
+        const pick = chart[4];
+        const {data, ranges} = dataOf(pick, pictures);
+        if (!drawn[number]) {
+            const box = {ranges}; // of this chart, for all panels
+            drawn[number] = data.map((one, panel) => makePanel(chart, panel, data.length === 1, byId(number === 0 ? "first" : "charts"), box, one));
         }
-        const view = drawn[chart][0].scales.x;
-        const isZoomed = pick && view.min != null && (view.min > 0 || view.max < DURATION_S - 1);
+        const view = drawn[number][0].scales.x;
+        const isZoomed = pick && view.min != null && (view.min > 0 || view.max < pictures[0].simulated_s - 1);
         const {min, max} = view;
         isZooming = true;
-        drawn[chart].forEach((u, side) => {
+        drawn[number].forEach((u, panel) => {
             u.box.ranges = ranges;
-            u.setData(data[side], !isZoomed);
+            u.setData(data[panel], !isZoomed);
             if (isZoomed) u.setScale("x", {min, max});
             else if (!pick) whole(u);
         });

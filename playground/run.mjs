@@ -1,4 +1,4 @@
-// node run.mjs core.wasm SCENARIO.yaml...: what each run comes to, one line of JSON a scenario.
+// node run.mjs core.wasm SCENARIO.yaml...: what each run comes to, one line of JSON a scenario. joint=NUMBER,... plays a joint (joint.h).
 import {readFileSync} from "node:fs";
 
 import {makeCore} from "./core.mjs";
@@ -6,6 +6,6 @@ import {makeCore} from "./core.mjs";
 const [wasm, ...scenarios] = process.argv.slice(2);
 const core = await makeCore(readFileSync(wasm));
 for (const path of scenarios) {
-    const run = core.play(readFileSync(path, "utf8"));
-    console.log(JSON.stringify({path, digest: run.digest(), rms_error_N: run.rmsError_N, seconds: run.duration_ms / 1e3, ticks: run.columns.t_s.length}));
+    const run = path.startsWith("joint=") ? core.playJoint(path.slice(6).split(",").map(Number)) : core.play(readFileSync(path, "utf8"));
+    console.log(JSON.stringify({path, digest: run.digest(), rms_error: run.rmsError, seconds: run.duration_ms / 1e3, ticks: run.columns.t_s.length}));
 }

@@ -1,6 +1,8 @@
 """The page's numbers are tribo-sim's, bit by bit; its links, its keyboard, its size and its speed."""
 
+import array
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -70,7 +72,70 @@ def test_the_page_is_below_600_kb_and_needs_no_network(page):
 def test_node_has_the_same_bits(page, name):
     path = ROOT / f"host_sim/scenarios/{name}.yaml"
     seen = json.loads(run(NODE, ROOT / "playground/run.mjs", ROOT / "build/playground/core.wasm", path))
-    is_same(seen["digest"], seen["rms_error_N"], path)
+    is_same(seen["digest"], seen["rms_error"], path)
+
+
+# The settings of joint.h: as the page begins; and with a load, few counts, moves and stops.
+JOINTS = {"#door=joint": (0.3, 0.2, 0, 0.15, 20, 0.9, 65536, 0, 0.25, 2),
+          "#door=joint&slides=0.1&extra=50&guess=200&load=0.2&stiffness=50&counts=4096&part=1&motion=stops&swing=0.5&time=4":
+              (0.1, 0.5, 0.2, 0.2, 50, 1, 4096, 2, 0.5, 4)}
+
+
+def joint_of(numbers):
+    """The digest of all columns, and the columns, as the host has them."""
+    done = subprocess.run([COLUMNS, "joint", *map(str, numbers)], check=True, capture_output=True)
+    digest, names, data = done.stdout.split(b"\n", 2)
+    values, names = array.array("d", data), names.decode().split(",")
+    count = len(values) // len(names)
+    return digest.decode(), {name: values[i * count:(i + 1) * count] for i, name in enumerate(names)}
+
+
+@pytest.mark.skipif(NODE is None, reason="needs node")
+@pytest.mark.parametrize("numbers", JOINTS.values())
+def test_a_joint_in_node_has_the_same_bits(page, numbers):
+    seen = json.loads(run(NODE, ROOT / "playground/run.mjs", ROOT / "build/playground/core.wasm", "joint=" + ",".join(map(str, numbers))))
+    digest, columns = joint_of(numbers)
+    assert seen["digest"] == digest
+    later = columns["error"][len(columns["error"]) // 2:]
+    assert seen["rms_error"] == pytest.approx(math.sqrt(sum(x * x for x in later) / len(later)), rel=1e-12)
+
+
+def test_the_joint_learns_its_friction_and_errs_less():
+    numbers = next(iter(JOINTS.values()))
+    _, on = joint_of(numbers)
+    _, off = joint_of((*numbers[:5], 0, *numbers[6:]))
+    late = slice(-10_000, None)
+    assert max(map(abs, off["error"][late])) > 3 * max(map(abs, on["error"][late]))
+    assert on["low"][-1] < 0.3 < on["high"][-1]
+    assert max(map(abs, on["u"])) <= 3
+    stuck = [abs(u) for u, a, b in zip(off["u"], off["q"], off["q"][1:]) if a == b]
+    assert len(stuck) > 1000 and max(stuck) <= 0.3 * 1.2  # the plant holds what its friction has, and no more
+
+
+@IN_BROWSER
+@pytest.mark.parametrize("link", JOINTS)
+def test_a_joint_in_chromium_has_the_same_bits(page, browser, link):
+    tab = browser()
+    tab.open(page.as_uri() + link)
+    seen = tab.wait(SETTLED)
+    assert tab.evaluate("document.getElementById('complaint').textContent") == "" and tab.evaluate("location.hash") == link
+    numbers = JOINTS[link]
+    assert (seen["digestWith"], seen["digestWithout"]) == (joint_of(numbers)[0], joint_of((*numbers[:5], 0, *numbers[6:]))[0])
+    assert f"config.breakaway     = {numbers[3]}f" in tab.evaluate("document.getElementById('scenario').textContent")
+    hidden = "[...document.querySelectorAll('fieldset')].filter((e) => e.offsetHeight === 0).map((e) => e.dataset.door)"
+    assert set(tab.evaluate(hidden)) == {"axis"}
+
+
+@IN_BROWSER
+def test_the_machine_can_be_changed_there_and_back(page, browser):
+    tab = browser()
+    tab.open(page.as_uri())
+    before = tab.wait(SETTLED)
+    for door, title in (("joint", "Error of position"), ("axis", "Error r − F")):
+        tab.evaluate(f"document.getElementById('door').value = '{door}'; document.getElementById('door').dispatchEvent(new Event('input', {{bubbles: true}}))")
+        tab.wait(f"document.querySelector('#first .u-title').textContent === '{title}' && {SETTLED}")
+    assert tab.wait(SETTLED)["digestWith"] == before["digestWith"]
+    assert tab.evaluate("[document.querySelectorAll('#first .uplot').length, document.querySelectorAll('#charts .uplot').length]") == [1, 6]
 
 
 @IN_BROWSER
@@ -138,10 +203,15 @@ def test_sixty_seconds_take_half_a_second(page, browser):
 
 
 @IN_BROWSER
-def test_it_fits_a_telephone(page, browser):
+@pytest.mark.parametrize("link", ["", "#door=joint"])
+def test_it_fits_a_telephone(page, browser, link):
     tab = browser()
     tab.resize(360, 740)
-    tab.open(page.as_uri())
+    tab.open(page.as_uri() + link)
     tab.wait(SETTLED)
     assert tab.evaluate("document.documentElement.scrollWidth") <= 360
+    # Both errors in one chart come first, then the sliders.
+    assert tab.evaluate("uPlot && drawn[0].length === 1 && drawn[0][0].series.slice(1).map((s) => s.label)") == ["without", "with compensation"]
+    tops = tab.evaluate("['first', 'settings', 'charts'].map((id) => document.getElementById(id).getBoundingClientRect().top)")
+    assert tops == sorted(tops) and tops[0] < 740 / 2
     assert tab.evaluate("Math.max(...[...document.querySelectorAll('input,select,button,.u-wrap')].map((e) => e.getBoundingClientRect().right))") <= 360
