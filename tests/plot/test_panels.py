@@ -7,6 +7,7 @@ import pytest
 from conftest import ROOT
 
 from tribo_plot import look, panels
+from tribo_plot.cli import best_first
 from tribo_plot.runs import PlotError, Run, is_there, read, read_all, read_summary
 
 
@@ -21,13 +22,29 @@ def names(panel):
 def test_a_run_has_force_error_command_friction_and_what_was_learned(runs):
     shown = made(runs / "feedforward")
     assert list(shown) == ["Force", "Error r − F", "Command u and its parts", "Breakaway L, learned", "Friction against net force",
-                           "Net force less friction, against net force"]
+                           "Hysteresis: net force less friction"]
     assert names(shown["Force"]) == ["measured y", "force F", "reference r"]
     assert names(shown["Command u and its parts"]) == ["the compensation's part", "controller's part", "command u"]
     learned = shown["Breakaway L, learned"].lines[0]
     first, last = learned.high[0] - learned.low[0], learned.high[-1] - learned.low[-1]
     assert first == pytest.approx(0.8 * learned.y[0]) and last < 0.7 * first
     assert "Relays" in made(runs / "paper")
+
+
+def test_a_loop_is_force_error_and_command_unless_all_is_asked_for(runs, tmp_path):
+    assert [panel.title for panel in panels.make(read_all([runs / "feedforward"]), False)] == ["Force", "Error r − F", "Command u"]
+    assert names(panels.make(read_all([runs / "feedforward"]), False)[2]) == ["command u"]
+    drive = panels.make(read_all([runs / "drive.csv"]), False)
+    assert [panel.title for panel in drive] == ["Force", "Error r − F", "Command u", "State and fault, by their numbers", "Ticks"]
+    assert [panel.title for panel in panels.make(read_all([runs / "replay.csv"]), False)] == list(made(runs / "replay.csv"))
+
+
+def test_the_best_run_is_the_strong_line(runs):
+    paths = [runs / "off", runs / "feedforward", runs / "paper"]
+    assert [run.name for run in best_first(read_all(paths))] == ["feedforward", "paper", "off"]
+    assert [run.name for run in best_first(read_all([*paths, runs / "drive.csv"]))][:3] == ["off", "feedforward", "paper"]
+    part, _end, _width, dashes, order = look.RUNS[0]
+    assert part == 0 and dashes is None and order > look.RUNS[1][4]
 
 
 def test_the_error_is_r_less_F_in_mN(runs):

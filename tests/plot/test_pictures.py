@@ -23,7 +23,7 @@ OPENS = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
 @DRAWS
 def test_a_picture_has_its_signals_colours_and_the_same_bytes_again(runs, tmp_path):
     for name in ("a.svg", "b.svg"):
-        done(sim("plot", runs / "feedforward", "--out", tmp_path / name))
+        done(sim("plot", runs / "feedforward", "--all", "--out", tmp_path / name))
     text = (tmp_path / "a.svg").read_text(encoding="utf-8")
     assert (tmp_path / "b.svg").read_text(encoding="utf-8") == text
     for signal in ("r_N", "F_N", "error", "u_N", "controller_N", "friction_term_N", "breakaway_positive_N"):
@@ -35,11 +35,20 @@ def test_run_draws_with_and_without_a_folder_and_leaves_nothing_else(tmp_path):
     (tmp_path / "tmp").mkdir()
     environment = {**os.environ, "TMPDIR": str(tmp_path / "tmp")}
     done(sim("run", "triangle", *SHORT, "--plot", "a.png", cwd=tmp_path, env=environment))
+    assert "--all goes with --plot" in sim("run", "triangle", *SHORT, "--all", cwd=tmp_path, env=environment).stderr
     done(sim("run", "triangle", *SHORT, "--out", "o", "--plot", "b.svg", cwd=tmp_path, env=environment))
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert not list((tmp_path / "tmp").iterdir())
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.svg", "o", "tmp"]
     assert (tmp_path / "o/summary.json").is_file()
+
+
+@DRAWS
+def test_the_rest_is_drawn_by_all(runs, tmp_path):
+    learned = look.colour("breakaway_positive_N").lower()
+    done(sim("run", "triangle", *SHORT, "--plot", tmp_path / "a.svg"))
+    done(sim("run", "triangle", *SHORT, "--all", "--plot", tmp_path / "b.svg"))
+    assert [learned in (tmp_path / name).read_text(encoding="utf-8") for name in ("a.svg", "b.svg")] == [False, True]
 
 
 @DRAWS
@@ -121,7 +130,7 @@ def opened(path, script):
 @PAGES
 @OPENS
 def test_a_page_draws_its_panels_and_zooms_them_together(runs, tmp_path):
-    page(tmp_path, runs / "off", runs / "feedforward")
+    page(tmp_path, runs / "off", runs / "feedforward", "--all")
     zoom = 'timed[1].setScale("x", {min: 3, max: 4}); await new Promise((done) => setTimeout(done, 500)); return'
     found = opened(tmp_path / "page.html", f"{zoom} [document.body.dataset.drawn, ...timed.map((u) => u.scales.x.max)]").split(",")
     assert found == ["7", "4", "4", "4", "4", "4"]

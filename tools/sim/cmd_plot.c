@@ -18,7 +18,8 @@ enum
     OPTION_OUT = SIM_OPTION_FIRST,
     OPTION_FROM,
     OPTION_TO,
-    OPTION_NAME
+    OPTION_NAME,
+    OPTION_ALL
 };
 
 // clang-format off: one row an option
@@ -27,19 +28,23 @@ static const struct argp_option known[] = {
     {.name = "from", .key = OPTION_FROM, .arg = "S", .doc = "draws from this time on"},
     {.name = "to", .key = OPTION_TO, .arg = "S", .doc = "draws until this time"},
     {.name = "name", .key = OPTION_NAME, .arg = "TEXT", .doc = "what to call a run in the picture; the first is the first run's"},
+    {.name = "all", .key = OPTION_ALL, .doc = "what was learned, relays, position and friction over net force, too; without it a loop's force, error and command"},
     {.name = NULL}};
 // clang-format on
 
 static int take(void *context, int key, const char *value)
 {
-    static const char *const names[] = {"--out", "--from", "--to", "--name"};
+    static const char *const names[] = {"--out", "--from", "--to", "--name", "--all"};
     options_t               *options = context;
     if (key != SIM_OPTION_ARGUMENT)
     {
         options->words[options->count++] = names[key - SIM_OPTION_FIRST];
         options->has_out                 = options->has_out || key == OPTION_OUT;
     }
-    options->words[options->count++] = value;
+    if (value != NULL)
+    {
+        options->words[options->count++] = value;
+    }
     return 0;
 }
 

@@ -425,7 +425,7 @@ static bool draw_results(replay_t *replay, const sim_log_t *log, common_error_t 
     char            *table   = folder != NULL ? common_text_format("%s/replay.csv", folder) : NULL;
     const char      *out     = options->out != NULL ? options->out : table;
     const bool       ok      = out != NULL && write_results(replay, out, log, error);
-    const bool       drawn   = ok && sim_picture_of(out, name, options->plot, error);
+    const bool       drawn   = ok && sim_picture_of(out, name, options->plot, true, error);
     if (folder != NULL && (drawn || !ok))
     {
         (void)(table != NULL && unlink(table));

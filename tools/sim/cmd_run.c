@@ -25,6 +25,7 @@ typedef struct
     const char           *folder;    ///< null: write nothing
     const char           *plot;      ///< null: no picture
     char                 *temporary; ///< the folder, where there is a picture but no --out
+    bool                  whole_plot;
     bool                  json;
     sim_trace_choice_t    trace;
 
@@ -40,6 +41,7 @@ enum
     OPTION_LEARNED,
     OPTION_OUT,
     OPTION_PLOT,
+    OPTION_ALL,
     OPTION_DECIMATE,
     OPTION_COLUMNS,
     OPTION_JSON,
@@ -53,6 +55,7 @@ static const struct argp_option known[] = {
     {.name = "learned", .key = OPTION_LEARNED, .arg = "FILE.yaml", .doc = "what an earlier run has learned (its DIR/learned.yaml), as the breakaway to begin with"},
     {.name = "out", .key = OPTION_OUT, .arg = "DIR", .doc = "writes DIR/trace.csv (one row a tick), DIR/summary.json, DIR/scenario.yaml, which plays the same run again, and, where breakaway is learned, DIR/learned.yaml"},
     {.name = "plot", .key = OPTION_PLOT, .arg = "FILE.png|svg|html", .doc = "draws the run (`plot` says what; needs Python and matplotlib)"},
+    {.name = "all", .key = OPTION_ALL, .doc = "draws what was learned, relays and friction over net force, too"},
     {.name = "decimate", .key = OPTION_DECIMATE, .arg = "N", .doc = "of N rows of a trace only the first"},
     {.name = "columns", .key = OPTION_COLUMNS, .arg = "NAME,...", .doc = "of a trace only these columns, and t_s"},
     {.name = "json", .key = OPTION_JSON, .doc = "prints the summary as JSON instead of a table"},
@@ -84,6 +87,9 @@ static int take(void *context, int key, const char *value)
         return sim_picture_has_ending(value)
                    ? 0
                    : sim_usage("--plot %s: a name that ends in .png, .svg or .html is expected", value);
+    case OPTION_ALL:
+        options->whole_plot = true;
+        return 0;
     case OPTION_DECIMATE:
         return common_number_parse_whole(value, &options->trace.every) == NULL && options->trace.every > 0u
                    ? 0
@@ -401,7 +407,11 @@ static bool draw(const options_t *options, common_error_t *error)
 {
     const char *slash = strrchr(options->choice.name, '/');
     const char *name  = slash != NULL ? slash + 1 : options->choice.name;
-    return sim_picture_of(options->folder, options->temporary != NULL ? name : NULL, options->plot, error);
+    return sim_picture_of(options->folder,
+                          options->temporary != NULL ? name : NULL,
+                          options->plot,
+                          options->whole_plot,
+                          error);
 }
 
 static bool simulate_and_report(const common_scenario_t *scenario, options_t *options, common_error_t *error)
@@ -448,7 +458,11 @@ static int run(int count, char **arguments)
         common_error_t     error    = {""};
         common_scenario_t *scenario = sim_scenario_open(&options.choice, &error);
         options.run.both            = scenario != NULL && sim_scenario_config(scenario)->arithmetic == SIM_BOTH;
-        if (options.run.both && options.run.target != NULL)
+        if (options.whole_plot && options.plot == NULL)
+        {
+            status = sim_usage("--all goes with --plot");
+        }
+        else if (options.run.both && options.run.target != NULL)
         {
             status = sim_usage("--arith both does not go with --target");
         }

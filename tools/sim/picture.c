@@ -27,9 +27,16 @@ char *sim_picture_folder(common_error_t *error)
     return folder;
 }
 
-bool sim_picture_of(const char *path, const char *name, const char *out, common_error_t *error)
+bool sim_picture_of(const char *path, const char *name, const char *out, bool is_whole, common_error_t *error)
 {
-    const char *const words[] = {"tribo-plot", path, "--out", out, name != NULL ? "--name" : NULL, name, NULL};
+    const char *words[8] = {"tribo-plot", path, "--out", out};
+    size_t      count    = 4;
+    if (name != NULL)
+    {
+        words[count++] = "--name";
+        words[count++] = name;
+    }
+    words[count] = is_whole ? "--all" : NULL;
     return sim_tool_run(words) == SIM_EXIT_OK ||
            common_error_set(error, "no picture, but nothing is lost: tribo-sim plot %s --out %s draws it", path, out);
 }

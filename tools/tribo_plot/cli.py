@@ -23,6 +23,7 @@ def parse(arguments):
     parser.add_argument("--from", dest="start_s", type=float, metavar="S", help="draws from this time on")
     parser.add_argument("--to", dest="end_s", type=float, metavar="S", help="draws until this time")
     parser.add_argument("--name", action="append", default=[], metavar="TEXT", help="what to call a run; the first is the first run's")
+    parser.add_argument("--all", action="store_true", help="what was learned, relays, position and friction over net force, too; without it a loop's force, error and command")
     add_option(parser, "tribo-plot")
     return parser.parse_args(arguments)
 
@@ -31,6 +32,13 @@ def labels_of(all_runs):
     """What the runs are called, with their error where a summary has it."""
     rms = [run.summary.get("rms_error_N") for run in all_runs]
     return [run.name + (f": RMS error {1e3 * error:.4g} mN" if error is not None else "") for run, error in zip(all_runs, rms)]
+
+
+def best_first(all_runs):
+    """The first is the strong line, in front."""
+    if not all("rms_error_N" in run.summary for run in all_runs):
+        return all_runs
+    return sorted(all_runs, key=lambda run: run.summary["rms_error_N"])
 
 
 def draw(options):
@@ -83,7 +91,8 @@ def _draw_into(options, is_sweep, out):
 
         write(all_runs, out)
         return
-    made = panels.make(all_runs)
+    all_runs = best_first(all_runs)
+    made = panels.make(all_runs, options.all)
     if out.suffix == ".html":
         from .page import draw as draw_them
     else:

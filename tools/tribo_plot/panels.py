@@ -39,11 +39,20 @@ class Panel:
     note: str = ""
 
 
-def make(runs):
-    """The panels of one picture, those over time first."""
-    panels = [_forces(runs), _errors(runs), _residuals(runs), _commands(runs), _breakaway(runs), _relays(runs), _states(runs), _ticks(runs)]
+def make(runs, is_whole=True):
+    """The panels of one picture, those over time first. Of a closed loop, unless it is to be whole, force, error, command and a drive's state."""
+    errors = _errors(runs)
+    if errors.lines and not is_whole:
+        panels = [_forces(runs), errors, _add(Panel("Command u", "N"), runs, "u_N"), _states(runs), _ticks(runs)]
+        return _ranged(runs, panels)
+    panels = [_forces(runs), errors, _residuals(runs), _commands(runs), _breakaway(runs), _relays(runs), _states(runs), _ticks(runs)]
     panels += [_of_column(runs, "x_deg", "Position", "degrees"), _of_column(runs, "w_deg_per_s", "Speed", "degrees/s")]
     panels += [_friction(runs), _hysteresis(runs), _over_force(runs)]
+    return _ranged(runs, panels)
+
+
+def _ranged(runs, panels):
+    """Those that have lines, with their ranges."""
     panels = [panel for panel in panels if panel.lines]
     for panel in panels:
         panel.y_range, panel.note = axis_range(runs, panel)
@@ -182,7 +191,7 @@ def _friction(runs):
 
 def _hysteresis(runs):
     """What friction leaves of the net force: where the two differ is hysteresis, too small to be seen in the panel of both."""
-    panel = Panel("Net force less friction, against net force", "n − f (mN)", NET_FORCE, over_time=False)
+    panel = Panel("Hysteresis: net force less friction", "n − f (mN)", NET_FORCE, over_time=False)
     for i, run in enumerate(runs):
         n, f = next(((n, f) for n, f in NET_FORCES if n in run and f in run), (None, None))
         if f and "residual_N" not in run:
