@@ -149,14 +149,16 @@ bool params_is_number(uint32_t word);
 /// Likewise of a word of a set: no range begins nearer to 0, and no coefficient of slow poles at a high rate is smaller.
 float params_least(uint32_t word);
 
-/// Whether the bits of a float are a number that somebody can mean: 0, or at least `least` in size. Words or bytes in another order
-/// often make a tiny one.
+#define PARAMS_MOST_N 1e6f ///< of a force that a client asks for: the end of all ranges of forces
+
+/// Whether the bits of a float are a number that somebody can mean: 0, or at least `least` in size, and finite. Words or bytes in
+/// another order often make a tiny one.
 static inline bool params_is_meant(uint32_t bits, float least)
 {
     const uint32_t size = bits & 0x7fffffffu;
     uint32_t       bits_of_least;
     memcpy(&bits_of_least, &least, sizeof bits_of_least);
-    return size == 0u || size >= bits_of_least;
+    return size == 0u || (size >= bits_of_least && size < 0x7f800000u);
 }
 
 /// Takes over what `config` says of the loop, with its sections and its table, and `feedforward`, whose poles are the drive's, too;

@@ -378,10 +378,10 @@ static registers_outcome_t arm_trace(registers_t *registers)
     const registers_requests_t *asked = &registers->requests;
     const uint32_t              none  = (uint32_t)TRACE_TRIGGERS;
     trace_setup_t               setup = {.decimation = asked->decimation, .after = asked->after};
-    bool good     = asked->signals >> REGISTERS_SIGNAL_COUNT == 0u && asked->level == asked->level; // not for a NaN
-    setup.trigger = (trace_trigger_t)(asked->trigger < none ? asked->trigger : none);
-    setup.watched = signal_of(registers, asked->watched);
-    setup.level   = good ? scaling_number(asked->level, config_of(registers)->full_scale_n) : 0;
+    bool                        good  = asked->signals >> REGISTERS_SIGNAL_COUNT == 0u;
+    setup.trigger                     = (trace_trigger_t)(asked->trigger < none ? asked->trigger : none);
+    setup.watched                     = signal_of(registers, asked->watched);
+    setup.level                       = good ? scaling_number(asked->level, config_of(registers)->full_scale_n) : 0;
     for (uint32_t i = 0; good && i < REGISTERS_SIGNAL_COUNT; i++)
     {
         if ((asked->signals >> i & 1u) != 0u)
@@ -787,6 +787,11 @@ static bool is_number(const place_t *place)
 
 #define SIGN 0x80000000u
 
+static bool is_within(word_t bits, float most)
+{
+    return (bits & ~SIGN) <= bits_of(most);
+}
+
 /// A number that somebody can mean: -0 is 0, and a tiny one comes of swapped words or bytes, or of an integer.
 static bool take_number(const place_t *place, word_t *word)
 {
@@ -795,7 +800,8 @@ static bool take_number(const place_t *place, word_t *word)
         return true;
     }
     *word = *word == SIGN ? 0u : *word;
-    return params_is_meant(*word, place->kind == STAGED ? params_least(place->word) : PARAMS_LEAST_N);
+    return place->kind == STAGED ? params_is_meant(*word, params_least(place->word))
+                                 : params_is_meant(*word, PARAMS_LEAST_N) && is_within(*word, PARAMS_MOST_N);
 }
 
 static bool take_reference(registers_t *registers, word_t word, bool only_check)

@@ -146,7 +146,7 @@
     REGISTER(decimation, "trace.decimation", uint32_t, "ticks", 1u, "from sample to sample") \
     REGISTER(trigger, "trace.trigger", uint32_t, "", 1u, "0 none, 1 fault, 2 reversal, 3 rises to level, 4 falls to level") \
     REGISTER(watched, "trace.watched", uint32_t, "", 0u, "the signal of a reversal or level, by its order") \
-    REGISTER(level, "trace.level", float, "N", 0.0f, "of the trigger") \
+    REGISTER(level, "trace.level", float, "N", 0.0f, "of the trigger, up to 1e6") \
     REGISTER(after, "trace.after", uint32_t, "samples", 100u, "recorded after the trigger's") \
     REGISTER(unlock, "unlock", uint32_t, "", 0u, "0x6c6f6f73 out of run: for 60 s a set may change what protects; 0 ends it; reads as 0") \
     REGISTER(position_reference, "position_reference", uint32_t, "", 0u, "without a force sensor: where your position loop wants the arm, in units of its position, as a two's complement; the first after a stop, fault or acknowledgement is no motion; without one the measured motion decides")

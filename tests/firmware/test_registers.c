@@ -330,7 +330,8 @@ static void check_ends(const char *name, uint32_t address, float low, float high
     const float above = 1.5f;
     check_number_refused(name, address, high > 0.0f ? high * above : 1.0f, low, high);
     check_number_refused(name, address, low < 0.0f ? low * above : low / 2.0f - 1e-14f, low, high);
-    check_number_refused(name, address, NAN, low, high);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(MODBUS_ILLEGAL_VALUE, try_number(address, NAN), name);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(MODBUS_ILLEGAL_VALUE, try_number(address, -INFINITY), name);
 }
 
 static void test_a_refused_field_is_named_with_its_range(void)
@@ -365,7 +366,7 @@ static void test_a_refused_field_is_named_with_its_range(void)
         if (field->is_float)
         {
             check_number_refused(drive_config_name(i), address, 2.0f * field->high, field->low, field->high);
-            check_number_refused(drive_config_name(i), address, NAN, field->low, field->high);
+            TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_number(address, NAN));
         }
         else if (i != DRIVE_CONFIG_period_us) // the board's
         {
@@ -1518,6 +1519,10 @@ static void test_a_set_with_a_number_that_nobody_can_mean_is_refused(void)
     params.words[PARAMS_SECTIONS_AT + 7u] = 0x007fffffu;
     TEST_ASSERT_FALSE(params_make(&params, &board.port, &error));
     TEST_ASSERT_EQUAL_UINT32(PARAMS_SECTIONS_AT + 7u, error.word);
+    params.set = defaults; // of a row that the table does not use
+    memcpy(&params.words[PARAMS_TABLE_AT + 90u], &(float){-INFINITY}, sizeof(float));
+    TEST_ASSERT_FALSE(params_make(&params, &board.port, &error));
+    TEST_ASSERT_EQUAL_UINT32(PARAMS_TABLE_AT + 90u, error.word);
 }
 
 static void test_a_trace_out_of_range_is_refused(void)
@@ -1531,8 +1536,7 @@ static void test_a_trace_out_of_range_is_refused(void)
                  {REQUEST_AT(decimation), 0},
                  {REQUEST_AT(trigger), TRACE_TRIGGERS},
                  {REQUEST_AT(trigger), UINT32_MAX},
-                 {REQUEST_AT(after), RING_WORDS},
-                 {REQUEST_AT(level), 0x7fc00000u}};
+                 {REQUEST_AT(after), RING_WORDS}};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++)
     {
         const uint32_t was = read_word(wrong[i].at);
@@ -1541,6 +1545,9 @@ static void test_a_trace_out_of_range_is_refused(void)
         TEST_ASSERT_EQUAL_UINT32(REGISTERS_TRACE_REFUSED, STATE_OF(outcome));
         write_word(wrong[i].at, was);
     }
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_number(REQUEST_AT(level), NAN));
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_number(REQUEST_AT(level), nextafterf(-1e6f, -2e6f)));
+    TEST_ASSERT_EQUAL_INT(MODBUS_OK, try_number(REQUEST_AT(level), -1e6f));
     write_word(REQUEST_AT(trigger), TRACE_RISE);
     write_word(REQUEST_AT(watched), REGISTERS_SIGNAL_COUNT);
     TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_TRACE));

@@ -211,6 +211,8 @@ def test_a_reference_and_a_param_that_nobody_means_are_refused_with_their_cause(
     served = serve()
     for value in (f"{swapped(0.3):.9g}", f"{swapped(0.5):.9g}", "9e-10", "1e-400"):
         assert f"reference {value}: too small to be meant: 0, or at least 1e-09 in size" in served.link("reference", "--", value, status=2)
+    for value, why in (("nan", "is not a finite number"), ("-inf", "is not a finite number"), ("1e400", "is too large for a number"), ("0,3", "is not a number")):
+        assert f"reference {value}: {why}" in served.link("reference", "--", value, status=2)
     assert "compensator.gain=1e-20: too small to be meant: 0, or at least 1e-15 in size" in served.link("params", "set", "compensator.gain=1e-20", status=2)
     assert "controller.sections[0].b2=2e-41: too small to be meant: 0, or at least 1e-20 in size" in \
         served.link("params", "set", "controller.sections[0].b2=2e-41", status=2)

@@ -429,3 +429,103 @@ def test_a_disk_that_takes_for_ever_holds_up_no_end(slow_disk, target):  # noqa:
     assert "store: params.bin: its disk takes too long, and is not waited for" in drive.said()
     (slow_disk / "slow").unlink()
     drive.ended = True
+
+
+def write_pdu(name, bits):
+    return struct.pack(">BHHBI", 16, ADDRESSES[name], 2, 4, bits)
+
+
+def bits_of(number):
+    return struct.unpack(">I", struct.pack(">f", number))[0]
+
+
+LATE = {"key": write_pdu("unlock", KEY), "set": write_pdu("compensator.gain", bits_of(0.25)), "reference": write_pdu("reference", bits_of(0.3)), "apply": command_pdu(APPLY),
+        "save": command_pdu(SAVE), "tare": command_pdu(4), "defaults": command_pdu(7), "trace": command_pdu(9), "level": write_pdu("trace.level", bits_of(0.7)),
+        "start by 23": struct.pack(">BHHHHBH", 23, 0, 2, COMMAND, 1, 2, START)}
+
+
+def state_of(client):
+    return (client.word("state"), client.word("unlocked_ticks"), client.number_of("compensator.gain"), client.number_of("reference"), client.number_of("trace.level"),
+            client.word("trace_state"), client.word("tare"), client.word("protection_changes"))
+
+
+@pytest.mark.parametrize("gone", ["closed", "half closed", "reset", "waits"])
+def test_nothing_that_came_during_a_slow_save_acts_later(slow_disk, target, gone):  # noqa: F811
+    """Whatever it is, and however its client goes; one that waits hears that the drive was busy."""
+    drive = target(STORE)
+    with Client(drive.port) as first:
+        begin_save(slow_disk, first)
+        before = None
+        for pdu in LATE.values():
+            first.socket.sendall(first.frame(pdu))
+        if gone == "half closed":
+            first.socket.shutdown(socket.SHUT_WR)
+        if gone == "reset":
+            first.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        if gone in ("closed", "reset"):
+            first.socket.close()
+        time.sleep(0.2)
+        (slow_disk / "slow").unlink()
+        if gone in ("waits", "half closed"):
+            answers = [first.take(9)[7:] for _ in LATE]
+            assert [answer[1] for answer in answers] == [BUSY] * len(LATE), answers
+    with Client(drive.port) as last:
+        until(lambda: last.read(ADDRESSES["state"]) != BUSY, "its place is not free")
+        ticks = last.word("tick")
+        until(lambda: last.word("tick") > ticks + 50, "it does not tick")
+        before = (IDLE, 0, 0.5, 0.0, 0.0, 0, 0, 0)
+        assert state_of(last) == before
+        assert last.word("outcome") == 0  # the save's
+
+
+@pytest.mark.parametrize("how", ["half closed", "reset", "killed"])
+def test_the_key_and_a_staged_set_end_however_their_client_goes(target, how):  # noqa: F811
+    drive = target()
+    with Client(drive.port) as first:
+        if how == "killed":
+            sent = [first.frame(pdu) for pdu in (LATE["key"], write_pdu("limits.u_max_N", bits_of(1.0)))]
+            first.socket.close()
+            code = (f"import socket,os,time; s=socket.create_connection(('127.0.0.1',{drive.port}))\n"
+                    f"for frame in {sent!r}: s.sendall(frame); s.recv(100)\nos.kill(os.getpid(), 9)")
+            subprocess.run(["/usr/bin/python3", "-c", code], check=False)
+        else:
+            assert first.write_word("unlock", KEY) == 0 and first.write_number("limits.u_max_N", 1.0) == 0
+            if how == "half closed":
+                first.socket.shutdown(socket.SHUT_WR)
+            else:
+                first.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+                first.socket.close()
+        with Client(drive.port) as second:
+            until(lambda: second.read(ADDRESSES["unlocked_ticks"]) == (0, 0), "it stays unlocked")
+            assert second.number_of("limits.u_max_N") == 2 and second.command(APPLY) == 0 and second.word("protection_changes") == 0
+
+
+def test_a_stop_of_another_acts_while_the_first_floods(target):  # noqa: F811
+    """Requests without end, whose answers it reads as they come; and starts among them."""
+    drive = target()
+    with Client(drive.port) as first:
+        start(first)
+        ends = threading.Event()
+        flood = b"".join(first.frame(pdu) for pdu in [read_pdu("state")] * 50)
+
+        def send():
+            with contextlib.suppress(OSError):
+                while not ends.is_set():
+                    first.socket.sendall(flood)
+
+        def hear():
+            with contextlib.suppress(OSError):
+                while first.socket.recv(65536):
+                    pass
+
+        threads = [threading.Thread(target=work, daemon=True) for work in (send, hear)]
+        for thread in threads:
+            thread.start()
+        time.sleep(0.5)
+        with Client(drive.port) as second:
+            assert second.ask(STOPS["6"])[0] == 6
+        until(lambda: "idle at tick" in drive.said() or "stopped" in drive.said(), "it runs on")
+        ends.set()
+        first.socket.shutdown(socket.SHUT_RDWR)
+        for thread in threads:
+            thread.join(timeout=100)

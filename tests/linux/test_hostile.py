@@ -230,6 +230,26 @@ def test_what_is_no_modbus_ends_the_connection(target, head):
 
 # --- what it asks for ------------------------------------------------------------------------------------------------
 
+NUMBERS = [(name, address >= 0x1000) for name, address in ADDRESSES.items() if re.search(rf"^\| `{re.escape(name)}` \| 0x[0-9a-f]{{4}} \| float32 ", REGISTERS, re.M) and
+           (address >= 0x1000 or 0x0110 <= address < 0x0140)]
+NOBODY_MEANS = {"infinite": 0x7F800000, "-infinite": 0xFF800000, "NaN": 0x7FC00000, "signalling NaN": 0x7F800001, "NaN with a payload": 0xFFC12345,
+                "least subnormal": 1, "-subnormal": 0x807FFFFF, "1.0 with swapped words": 0x00003F80, "100 with swapped words": 0x000042C8, "1.0 with swapped bytes": 0x0000803F}
+
+
+def test_a_number_that_nobody_means_is_refused_in_every_register(target):
+    """Also where it counts for nothing as yet: in a section or a row of the table that is not used."""
+    assert len(NUMBERS) > 50 and ("trace.level", False) in NUMBERS and ("reference", False) in NUMBERS
+    with Client(target().port) as client:
+        for name, _ in NUMBERS:
+            before = client.word(name)
+            for what, bits in NOBODY_MEANS.items():
+                assert client.write_word(name, bits) == 3, (name, what)
+            assert client.word(name) == before
+            if name != "reference":
+                assert client.write_word(name, 0x80000000) == 0 and client.word(name) == 0, name  # -0 is 0
+        assert client.write_number("trace.level", 1e6) == 0 and client.write_number("trace.level", -1.1e6) == 3
+
+
 def test_what_is_no_register_is_refused(target):
     """Every address that the list of registers does not name, one by one; and those that it does are there."""
     named = {address + half for address in ADDRESSES.values() for half in (0, 1)}

@@ -214,6 +214,73 @@ def posted(served, body, size=None):
     return (served.head("POST", "/do") + f"Content-Length: {len(body) if size is None else size}\r\n\r\n" + body).encode()
 
 
+def status_of(served, text):
+    """0: it has hung up."""
+    try:
+        with raw(served, text) as link:
+            said = link.recv(200)
+    except ConnectionError:
+        said = b""
+    return int(said.split()[1]) if said else 0
+
+
+PATHS = ("/", "/do", "/events", "/list", "/values", "/nothing", "*", "//do", "/do/", "/%64o", "/./do", "/do?x=1")
+METHODS = ("HEAD", "OPTIONS", "PUT", "DELETE", "PATCH", "TRACE", "CONNECT", "get", "post", "PRI")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_other_methods_do_nothing_with_the_token_and_without(at_rest, method):
+    """A pre-flight of another page is refused, too, and allows nothing."""
+    for path in PATHS:
+        for has_token in (True, False):
+            head = f"{method} {path} HTTP/1.1\r\nHost: 127.0.0.1:{at_rest.port}\r\n" + f"X-Tribo-Token: {at_rest.token}\r\n" * has_token
+            assert status_of(at_rest, f"{head}Content-Length: 5\r\n\r\nstart".encode()) in ((0, 400, 405) if has_token else (0, 400, 403)), (path, has_token)
+    preflight = f"OPTIONS /do HTTP/1.1\r\nHost: 127.0.0.1:{at_rest.port}\r\nOrigin: http://evil.example\r\nAccess-Control-Request-Method: POST\r\nAccess-Control-Request-Headers: x-tribo-token\r\n\r\n"
+    with raw(at_rest, preflight.encode()) as link:
+        said = link.recv(2000)
+    assert said.split()[1] == b"403" and b"Access-Control-Allow" not in said
+    assert at_rest.state() == "idle"
+
+
+@pytest.mark.parametrize("kind", ["application/x-www-form-urlencoded", "multipart/form-data; boundary=x", "text/plain"])
+def test_what_a_form_of_another_page_can_send_starts_nothing(at_rest, kind):
+    """It has no token, whatever it says of itself; and a form's words with the token are no command."""
+    for body in ("start", "start=", f"token={at_rest.token}", f"X-Tribo-Token={at_rest.token}&start", f"--x\r\nContent-Disposition: form-data; name=start\r\n\r\n\r\n--x--\r\n"):
+        for path in ("/do", f"/do?token={at_rest.token}"):
+            assert at_rest.ask("POST", path, body, X_Tribo_Token=None, Content_Type=kind)[0] == 403
+    assert at_rest.ask("POST", "/do", "start=", Content_Type=kind)[0] == 400
+    assert at_rest.state() == "idle"
+
+
+REBOUND = ("evil.example", "evil.example:{port}", "127.0.0.1.evil.example:{port}", "127.0.0.1", "127.0.0.1:0{port}", "127.0.0.1:{port}@evil.example", "evil.example@127.0.0.1:{port}", "127.0.0.1:{port}/",
+           "localhost.:{port}", "0.0.0.0:{port}", "127.1:{port}", "2130706433:{port}", "[::]:{port}", "127.0.0.1:{port}, evil.example", "127.0.0.1:{port} evil.example", ":{port}", "127.0.0.1:80")
+
+
+@pytest.mark.parametrize("host", REBOUND)
+def test_a_name_that_points_here_is_none_of_ours(at_rest, host):
+    """DNS rebinding: the browser takes the foreign page for ours, and sends its name. With the token, so that the name alone is wrong."""
+    host = host.format(port=at_rest.port)
+    for target in ("/", "/values", "/events", f"http://127.0.0.1:{at_rest.port}/values"):
+        assert status_of(at_rest, f"GET {target} HTTP/1.1\r\nHost: {host}\r\nX-Tribo-Token: {at_rest.token}\r\n\r\n".encode()) in (0, 400, 403), target
+    assert status_of(at_rest, f"POST /do HTTP/1.1\r\nHost: {host}\r\nX-Tribo-Token: {at_rest.token}\r\nContent-Length: 5\r\n\r\nstart".encode()) in (0, 400, 403)
+    assert at_rest.ask("GET", "/list", Origin=f"http://{host}")[0] == 403
+    assert at_rest.state() == "idle"
+
+
+def test_requests_that_read_in_two_ways_start_nothing(at_rest):
+    """Without a Host, of HTTP 0.9 and 1.0, an address in the request line, two lengths, a second request behind the first, pieces, a socket."""
+    own = f"Host: 127.0.0.1:{at_rest.port}\r\n"
+    token = f"X-Tribo-Token: {at_rest.token}\r\n"
+    hidden = f"POST /do HTTP/1.1\r\n{own}{token}Content-Length: 5\r\n\r\nstart"
+    for text in ("GET /values\r\n\r\n", "POST /do HTTP/1.0\r\nContent-Length: 5\r\n\r\nstart", f"POST /do HTTP/1.1\r\n{token}Content-Length: 5\r\n\r\nstart",
+                 f"POST http://evil.example/do HTTP/1.1\r\n{own}{token}Content-Length: 5\r\n\r\nstart", f"POST /do HTTP/1.1\r\n{own}{token}Content-Length: 0\r\nContent-Length: 5\r\n\r\nstart",
+                 f"POST /do HTTP/1.1\r\n{own}{token}Content-Length: 3\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", f"GET /list HTTP/1.1\r\n{own}Content-Length: {len(hidden)}\r\n\r\n{hidden}",
+                 f"GET / HTTP/1.1\r\n{own}\r\n{hidden}", f"POST /do HTTP/1.1\r\n{own}X-Tribo-Token:\r\n {at_rest.token}x\r\nContent-Length: 5\r\n\r\nstart",
+                 f"GET /events HTTP/1.1\r\n{own}Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\nOrigin: http://evil.example\r\n\r\n"):
+        assert status_of(at_rest, text.encode()) != 200, text
+        assert at_rest.state() == "idle", text
+
+
 def test_a_command_in_pieces_is_taken_whole(at_rest):
     whole = posted(at_rest, "start")
     link = raw(at_rest, whole[:10])

@@ -589,21 +589,22 @@ static bool renew_reference(link_bus_t *bus, uint32_t word, const options_t *opt
 
 static int set_reference(link_bus_t *bus, const options_t *options)
 {
-    char text[64] = "";
-    if (options->count == 2)
+    char   text[64];
+    double number = 0.0;
+    if (options->count != 2)
     {
-        (void)snprintf(text, sizeof text, "reference %s", options->words[1]);
-        if (!check_size(text, options->words[1], link_find("reference")))
-        {
-            return EXIT_FAILED;
-        }
+        (void)link_complain("reference: one force in N is expected");
+        return EXIT_FAILED;
     }
-    double      number = 0.0;
-    const char *wrong =
-        options->count == 2 ? common_number_parse(options->words[1], &number) : "one force in N is expected";
+    (void)snprintf(text, sizeof text, "reference %s", options->words[1]);
+    if (!check_size(text, options->words[1], link_find("reference")))
+    {
+        return EXIT_FAILED;
+    }
+    const char *wrong = common_number_parse(options->words[1], &number);
     if (wrong != NULL)
     {
-        (void)link_complain("reference: %s", wrong);
+        (void)link_complain("%s: %s", text, wrong);
         return EXIT_FAILED;
     }
     uint32_t most;
