@@ -30,7 +30,7 @@ NAMES = {"jumps": r"jumps: |off for a row", "stands": r"F stands for", "no sign"
          r"goes back|runs backwards|row before", "unit of t": r"its stamps are", "exchanged": r"exchanged: ", "units": r"units: |is no force", "limit": r"saturated: ", "silent": r"is silent|does not change",
          "loads": r"few loads", "one way": r"one direction", "pattern": r"a pattern over force|ripple: |a ripple of", "time": r"friction changes with time", "drift": r"F drifts",
          "falls": r"friction falls|sliding are not the model's", "law": r"differs from the model's|not the model's, which|does not explain|differ from a line|no line", "none": r"no stiction", "push": r"would push",
-         "column": r"no column|is no number|is not a number", "broken": r"rows are broken|more fields|fields, the", "scale": r"either your command makes"}
+         "column": r"no column|is no number|is not a number", "broken": r"rows are broken|more fields|fields, the", "scale": r"either your command makes", "noise": r"has noise of|logged in steps of"}
 
 
 @functools.cache
@@ -203,7 +203,7 @@ def is_right(rig, text, within):
 
 
 def judge_sound(rig, code, text):
-    untrue = named(text) & {"time", "drift", "pattern", "jumps", "stands", "held", "clock", "units", "exchanged", "limit", "none"}
+    untrue = named(text) & {"time", "drift", "pattern", "jumps", "stands", "held", "clock", "units", "exchanged", "limit", "none", "noise"}
     untrue |= {"falls"} & named(text) if rig["sliding"] == 1.0 else set()
     confident = (estimates(text) or (0, 0, False))[2]
     return "refused" if code else "wrong with confidence" if confident and not is_right(rig, text, 0.05) else f"untrue: {', '.join(sorted(untrue))}" if untrue else "right"

@@ -132,7 +132,7 @@ def models(count=1, first=0):
             slide = sliding(rows, truth["scale"], truth["bias"], truth)
             found = by_name(result)
             scale = found["scale"].value if "scale" in found else np.nan
-            print(f"{model:<18} L_hat/L {np.mean(L_hat(result, FORCE) / L_of(truth, FORCE)):.3f}, sliding/L {slide:.3f}, scale {scale / truth['scale']:.3f}, slow slides {result.slide_gap:+.2%} off, F within {result.residual_rms:.2g} N, "
+            print(f"{model:<18} L_hat/L {np.mean(L_hat(result, FORCE) / L_of(truth, FORCE)):.3f}, sliding/L {slide:.3f}, scale {scale / truth['scale']:.3f}, slow slides {result.slide_gap[0]:+.2%} off, F within {result.residual_rms:.2g} N, "
                   f"{'table' if result.table else 'line'}, {'confident' if confident(result) else 'weak'}", flush=True)
 
 

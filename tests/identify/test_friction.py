@@ -2,6 +2,7 @@
 
 import csv
 import os
+import re
 import subprocess
 
 import numpy as np
@@ -10,6 +11,7 @@ import synthetic
 from ruamel.yaml import YAML
 from synthetic import L_of
 
+from tribo_design.errors import InputError
 from tribo_identify import cli, events, friction, native, slides
 from tribo_identify.events import Refusal
 from tribo_identify.plan import Plan
@@ -363,6 +365,10 @@ BAD = {
     "repeats": (["plan", "--low", "0.1", "--high", "0.6", "--repeats", "1", "--out", "OUT"], "--repeats: value 1: must be 2 to 100"),
     "limit": (["plan", "--low", "0.1", "--high", "0.6", "--u-max", "0.5", "--out", "OUT"], "--u-max: value 0.5:"),
     "NaN": (["plan", "--low", "nan", "--high", "0.6", "--out", "OUT"], "--low: value nan: must be finite"),
+    "infinite": (["plan", "--low", "0.1", "--high", "0.6", "--u-max", "1e400", "--out", "OUT"], "--u-max: value 1e400: must be finite"),
+    "subnormal": (["plan", "--low=-2e-41", "--high", "0.6", "--out", "OUT"], "--low: value -2e-41: is too small for a number: 0, or at least 1.2e-38 in size"),
+    "subnormal lag": (["friction", "LOG", "--lag", "1e-41"], "--lag: value 1e-41: is too small for a number"),
+    "subnormal force": (["accept", "none.yaml", "--low", "1e-41", "--out", "OUT"], "--low: value 1e-41: is too small for a number"),
     "noise": (["plan", "--low", "0.1", "--high", "0.6", "--noise", "0.1", "--out", "OUT"], "--noise: value 0.1:"),
 }
 
@@ -476,7 +482,7 @@ def test_a_servos_friction_is_found_under_the_assumption_made():
     seen_as = 1 / (1 + 2 * load**2 / (1 - load**2))
     assert result.params["scale"] / truth["scale"] == pytest.approx(seen_as, abs=0.003)
     assert friction.breakaway(result.params, result.table, FORCE)[0] == pytest.approx(seen_as * (up + down) / 2, rel=0.04)
-    assert abs(result.slide_gap) < friction.GAP
+    assert abs(result.slide_gap[0]) < friction.GAP
     assert any("or friction is asymmetric and u is right" in r for r in result.remarks)
     rows[:, 1] = truth["scale"] * rows[:, 1] + truth["bias"]
     calibrated = friction.identify(synthetic.log_of(rows), assume="calibrated")
@@ -485,9 +491,46 @@ def test_a_servos_friction_is_found_under_the_assumption_made():
 
 
 def test_breakaway_above_sliding_makes_a_verdict_weak(experiment):
-    assert abs(experiment[2].slide_gap) < friction.GAP / 4
+    assert abs(experiment[2].slide_gap[0]) < friction.GAP / 4
     _, rows = synthetic.sound(0, model="bliman_sorine")
     result = friction.identify(synthetic.log_of(rows))
     assert result.fall[0] == pytest.approx(0.1, abs=0.02)
     assert any("friction falls once it slides" in r for r in result.remarks)
     assert all(found(result)[name].verdict == "weak" for name in ("offset", "slope", "scale"))
+
+
+@pytest.mark.parametrize("command", ["plan", "friction", "actuator", "accept"])
+def test_no_option_takes_a_number_that_nobody_means(command, capsys):
+    """NaN, infinite and subnormal ones, of each option that takes a number."""
+    options = {"plan": ("low", "high", "rate", "offset", "slope", "noise", "u-max", "sample-time"), "friction": ("actuator", "sensor", "lag"), "actuator": ("stiffness",), "accept": ("low", "high")}[command]
+    for name in options:
+        for value in ("nan", "inf", "-inf", "1e400", "1e-41", "-2e-45"):
+            status, _, err = identify(capsys, command, "none", f"--{name}={value}")
+            assert status == 2 and f"--{name}: value {value}: " in err, err
+
+
+def refused(values):
+    try:
+        Plan(**values).check()
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def test_levels_that_noise_hides_are_told_how_many_would_do():
+    """And if none would, no number is told: of 15,242 such plans 10,804 were told that fewer would, and they did not."""
+    source, told = np.random.default_rng(1), {True: 0, False: 0}
+    for _ in range(3000):
+        high = float(np.exp(source.uniform(np.log(0.1), np.log(500))))
+        values = {"low": float(source.choice([0.15 * high, -high, 0.0])), "high": high, "noise": high * float(np.exp(source.uniform(-7, -1))), "offset": high * source.uniform(0.005, 0.1),
+                  "slope": source.uniform(0, 0.4), "levels": int(source.integers(5, 33))}
+        if "do not stand out" not in (text := refused(values)):
+            continue
+        fewer = re.search(r"; --levels (\d+) would$", text)
+        assert bool(fewer) != (", nor do fewer: " in text), text
+        told[bool(fewer)] += 1
+        if fewer:
+            assert not refused(values | {"levels": int(fewer[1])}), text
+        else:
+            assert all(refused(values | {"levels": levels}) for levels in range(4, values["levels"]))
+    assert min(told.values()) > 100

@@ -166,6 +166,16 @@ def test_advice_that_is_followed_leads_to_no_other_refusal(what, monkeypatch):
     assert len(fits) == 1 and "fitted" in text, text
 
 
+@pytest.mark.parametrize("times, said, not_said", [([1, 1, 1000], "--unit F=mN", "u=mN"), ([1, 1000, 1], "--unit u=mN", "F=mN"), ([1, 1, 60], "--scale u=", "mN"), ([1, 0.03, 1], "--scale u=", "mN")])
+def test_only_the_unit_that_mends_it_is_named(times, said, not_said):
+    with pytest.raises(Refusal, match="^units: ") as refusal:
+        events.check(log_of(played(0) * times))
+    assert said in str(refusal.value) and not_said not in str(refusal.value)
+    factor = re.search(r"--scale u=(\S+) makes", str(refusal.value))[1]
+    log = log_of(played(0) * times * {"--unit F=mN": [1, 1, 1e-3], "--unit u=mN": [1, 1e-3, 1], "--scale u=": [1, float(factor), 1]}[said])
+    events.check(log)  # followed, it leads on
+
+
 def limits_of(force, u):
     """Rows at a limit of F."""
     return np.mean(events.saturated(synthetic.log_of(np.c_[np.arange(len(u)) * 1e-3, u, force]).segments[0], "force"))

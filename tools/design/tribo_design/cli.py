@@ -5,7 +5,7 @@ import argparse
 from tribo_plot.version import add_option
 
 from . import tuning
-from .errors import run_command
+from .errors import InputError, check_number, run_command
 
 
 def main(argv=None):
@@ -21,7 +21,7 @@ def _parser():
     command.add_argument("design", metavar="DESIGN.yaml", help="plant, weights, sample time and limits")
     command.add_argument("--out", required=True, metavar="DIR", help="directory for the C, JSON and reports; replaced when it is an earlier output")
     command.add_argument("--no-plots", action="store_true", help="reports without plots (faster)")
-    command.add_argument("--time-limit", type=float, metavar="SECONDS", help="instead of synthesis.time_limit_s")
+    add_number(command, "--time-limit", metavar="SECONDS", help="instead of synthesis.time_limit_s")
 
     command = _add(commands, "import", "a controller made elsewhere, checked and converted")
     command.add_argument("controller", metavar="K.json|K.csv|K.mat", help="state space, zeros and poles, transfer function or sections")
@@ -31,7 +31,7 @@ def _parser():
 
     command = _add(commands, "identify-plant", "gain and poles from an open-loop step response")
     command.add_argument("step", metavar="STEP.csv", help="columns t_s, u_N and F_N, or t_s, u_n and y_n (no u with --step-size)")
-    command.add_argument("--step-size", type=float, metavar="U", help="height of the input step at the first sample, when there is no column u")
+    add_number(command, "--step-size", metavar="U", help="height of the input step at the first sample, when there is no column u")
     command.add_argument("--no-friction", action="store_true", help="friction is known to be negligible: the gain needs no second height and direction then")
     command.add_argument("--order", type=int, metavar="N", help="number of poles, 1 to 6 (default: the order the data supports)")
     add_columns(command)
@@ -46,6 +46,20 @@ def _parser():
     command = _add(commands, "check", "reads generated files back from the C header and verifies the loop again")
     command.add_argument("dir", metavar="DIR", help="that synthesize or import made")
     return parser
+
+
+def add_number(command, name, **more):
+    """An option of a number that somebody can mean."""
+
+    def number(text):
+        try:
+            return check_number(float(text))
+        except ValueError as error:
+            if "could not convert" in str(error):
+                raise
+            raise InputError(f"{name}: value {text}: {error}") from None
+
+    command.add_argument(name, type=number, **more)
 
 
 def add_columns(command):

@@ -1,5 +1,6 @@
 """What the tools say instead of a traceback."""
 
+import math
 import os
 import sys
 
@@ -16,6 +17,18 @@ class InputError(DesignError):
     """An input file or option is wrong. The text names file, line, field, value and what is allowed."""
 
     exit_code = 2
+
+
+NUMBER_MIN = 1.2e-38  # as tribo-sim's reader has it: float32 is the precision of all that is set
+
+
+def check_number(value):
+    """A number that somebody can mean, as it is; or ValueError."""
+    if not math.isfinite(value):
+        raise ValueError("must be finite")
+    if 0 < abs(value) < NUMBER_MIN:
+        raise ValueError(f"is too small for a number: 0, or at least {NUMBER_MIN:g} in size")
+    return value
 
 
 class IllPosedError(DesignError):

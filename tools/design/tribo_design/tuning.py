@@ -32,9 +32,11 @@ TUNED = ("feedforward.actuator_pole_rad_per_s", "feedforward.sensor_pole_rad_per
 
 def add_options(command):
     command.add_argument("loop", nargs="?", metavar="LOOP.yaml", help="a scenario that has them, as tribo-rig or tribo-identify friction writes it; options count more")
+    from .cli import add_number
+
     for name, standard, _, _, text in (*RIG, FULL_SCALE):
         shown = "" if standard is None else f" ({standard:g})"
-        command.add_argument(f"--{name}", type=float, metavar="X", help=text + shown)
+        add_number(command, f"--{name}", metavar="X", help=text + shown)
 
 
 def command(options):

@@ -45,6 +45,11 @@ class Readings:
         return float(np.sum(self.step**2 / (2 * waves**2) * np.exp(-((2 * waves * self.noise / self.step) ** 2))))
 
     @property
+    def coarse(self):
+        """The steps, as far as no noise carries the readings over them, N."""
+        return float(np.sqrt(12 * self.rounding))
+
+    @property
     def worst(self):
         """Of both, rms, where F rests half a step off."""
         return float(np.sqrt(self.rms**2 + 2 * self.rounding))

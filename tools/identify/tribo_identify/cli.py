@@ -2,7 +2,7 @@
 
 import argparse
 
-from tribo_design.cli import add_columns
+from tribo_design.cli import add_columns, add_number
 from tribo_design.errors import run_command
 from tribo_plot.version import add_option
 
@@ -28,16 +28,16 @@ def _add(commands, name, text):
 
 def _add_plan(commands):
     command = _add(commands, "plan", "the experiment that makes the parameters identifiable, as a reference")
-    command.add_argument("--low", type=float, required=True, metavar="N", help="least force and command that is safe")
-    command.add_argument("--high", type=float, required=True, metavar="N", help="largest one: u never goes beyond, so F does not")
+    add_number(command, "--low", required=True, metavar="N", help="least force and command that is safe")
+    add_number(command, "--high", required=True, metavar="N", help="largest one: u never goes beyond, so F does not")
     command.add_argument("--levels", type=int, default=4, metavar="N", help="of load, 4 or more (4)")
     command.add_argument("--repeats", type=int, default=2, metavar="N", help="2 or more (2)")
-    command.add_argument("--rate", type=float, metavar="N/S", help="of u in the fastest cycles (twice the largest force in a second)")
-    command.add_argument("--offset", type=float, metavar="N", help="a guess of the breakaway without load (0.01 of the largest force)")
-    command.add_argument("--slope", type=float, default=0.3, metavar="X", help="and of its growth with load (0.3)")
-    command.add_argument("--noise", type=float, default=0.0, metavar="N", help="of the force sensor, rms")
-    command.add_argument("--u-max", type=float, metavar="N", help="largest command of the drive")
-    command.add_argument("--sample-time", type=float, default=1e-3, dest="sample_time_s", metavar="S", help="of the control loop (0.001)")
+    add_number(command, "--rate", metavar="N/S", help="of u in the fastest cycles (twice the largest force in a second)")
+    add_number(command, "--offset", metavar="N", help="a guess of the breakaway without load (0.01 of the largest force)")
+    add_number(command, "--slope", default=0.3, metavar="X", help="and of its growth with load (0.3)")
+    add_number(command, "--noise", default=0.0, metavar="N", help="of the force sensor, rms")
+    add_number(command, "--u-max", metavar="N", help="largest command of the drive")
+    add_number(command, "--sample-time", default=1e-3, dest="sample_time_s", metavar="S", help="of the control loop (0.001)")
     command.add_argument("--hysteresis", action="store_true", help="ramps inside stiction as well, for k_min, k_max, m and v0; minutes")
     command.add_argument("--out", required=True, metavar="DIR", help="for plan.csv (t_s, r_N) and plan.yaml, the scenario that plays it")
 
@@ -52,7 +52,7 @@ def _add_friction(commands):
     command.add_argument("--arith", choices=("f32", "q31"), default="f32", help="of loop_params.h (f32)")
     for name, unit, what in (("actuator", "RAD/S", "pole of the actuator; 0: none (all three found together, if none is given)"), ("sensor", "RAD/S", "pole of the force sensor; 0: none"),
                              ("lag", "S", "of the arm, b/K")):
-        command.add_argument(f"--{name}", type=float, metavar=unit, help=what)
+        add_number(command, f"--{name}", metavar=unit, help=what)
 
 
 def _add_actuator(commands):
@@ -60,15 +60,15 @@ def _add_actuator(commands):
     _add_logs(command)
     command.add_argument("--no-friction", action="store_true", help="the record stays within stiction, or friction is negligible: the gain needs no second height and direction then")
     command.add_argument("--order", type=int, metavar="N", help="number of poles, 1 to 6 (the data's choice)")
-    command.add_argument("--stiffness", type=float, metavar="K", help="of the environment, N a degree (3.84): I and b are told in units of it")
+    add_number(command, "--stiffness", metavar="K", help="of the environment, N a degree (3.84): I and b are told in units of it")
     command.add_argument("--out", metavar="DIR", help="for plant.yaml (a design file's plant) and actuator.txt")
 
 
 def _add_accept(commands):
     command = _add(commands, "accept", "an acceptance test on the rig: compensation off, on, with L 20 % less and more; the new parameters or the old ones")
     command.add_argument("loop", metavar="LOOP.yaml", help="the loop with the new parameters, as tribo-identify friction --scenario writes it")
-    command.add_argument("--low", type=float, metavar="N", help="least force of the sequence")
-    command.add_argument("--high", type=float, metavar="N", help="largest force")
+    add_number(command, "--low", metavar="N", help="least force of the sequence")
+    add_number(command, "--high", metavar="N", help="largest force")
     for case, what in (("off", "without compensation"), ("on", "with it"), ("less", "with L 20 %% less"), ("more", "with L 20 %% more")):
         command.add_argument(f"--{case}", metavar="LOG.csv", help=f"log of the rig {what}: t, r, u, F")
     command.add_argument("--old", metavar="OLD.yaml", help="the loop with the old parameters, which stays unless the new ones are better")

@@ -4,14 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import native, rows
-from .bins import bin_size, binned, noise_of
+from . import native, noise, rows
+from .bins import BIN_S, bin_size, binned, noise_of
 from .refusal import Refusal
 from .slides import PART, SURE, later, runs_of, spans
 
 LONG = 0.3  # of the range of F: a sweep over so much stands for one load more
 STANDS = 0.05  # of the range of u
 SATURATED_ROWS = 20  # at exactly the largest or least value
+TOGETHER = 0.5  # the least correlation of u with a noisy F that follows it
 WRONG_SIGN = "wrong sign: F falls where u rises (--scale u=- or --scale F=-)"
 
 
@@ -212,6 +213,12 @@ def check_limits(log):
     raise Refusal("saturated", f"saturated: {'u' if name == 'u' else 'F'} stands at {at:.4g} N in {100 * full[name]:.2g} % of the rows: {what}. Stay within it")
 
 
+def _go_together(log, size):
+    """Does F go where u goes, on the whole?"""
+    u, force = (np.concatenate([binned(getattr(s, name), size) for s in log.segments]) for name in ("u", "force"))
+    return len(u) > 50 and np.ptp(u) > 0 and np.ptp(force) > 0 and np.corrcoef(u, force)[0, 1] > TOGETHER
+
+
 def check(log):
     """Refuses what shows before any fit."""
     check_clock(log)
@@ -227,12 +234,16 @@ def check(log):
         raise Refusal("silent", "F is u, row for row: it is the same column; name that of the measured force (--column F=...)")
     rows.check_jumps(log)
     if np.ptp(averaged) <= max(20 * noise_of(averaged), 1e-6 * span_u):
+        if _go_together(log, size):
+            raise Refusal("noise", f"noise: F has noise of {noise_of(averaged):.3g} N rms in averages over {1e3 * BIN_S:g} ms, and changes by {np.ptp(averaged):.3g} N in all: friction does not show in it. {noise.QUIETER}")
         raise Refusal("silent", f"the force sensor is silent: F stays within {np.ptp(averaged):.3g} N while u changes by {span_u:.3g} N (or u never leaves stiction)")
     rows.check_sign(log)
     rows.check_held(log)
     check_limits(log)
     if span > 20 * span_u or span_u > 20 * span:
-        raise Refusal("units", f"units: F changes by {span:.3g} N and u by {span_u:.3g} N: one of them is not in N (--unit u=mN, --unit F=mN, or a factor: --scale u={span / span_u:.2g} makes them alike)")
+        times = span / span_u
+        milli = "--unit F=mN" if 200 < times < 5000 else "--unit u=mN" if 200 < 1 / times < 5000 else None
+        raise Refusal("units", f"units: F changes by {span:.3g} N and u by {span_u:.3g} N: one of them is not in N (" + (f"{milli}, or " if milli else "") + f"a factor: --scale u={times:.2g} makes them alike)")
 
 
 def check_events(log, events):

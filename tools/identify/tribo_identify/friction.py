@@ -20,7 +20,7 @@ import scipy.stats
 
 from tribo_design import progress
 
-from . import native, residual, rows, slides
+from . import native, noise, residual, rows, slides
 from .bins import bin_size, binned, noise_of
 from .events import WRONG_SIGN, check, check_events, find, held_s, loads, not_of_one_clock, other_unit, saturated
 from .refusal import Refusal
@@ -36,6 +36,7 @@ FALL = 0.015  # of L: a larger one from break-away to sliding is named
 GAP = 0.005  # of L, in slow slides, that the median of a noisy log may be off by
 EARLY_STEPS = -1.5  # of the lags that are tried at the turns: an earlier F was not driven by u
 FOLLOWS = 0.85  # of the way of F, that goes the way of u
+MATTERS = 0.01  # of the largest force: less friction is none
 DOUBT = 0.03  # of L: a residual beyond it casts doubt on L, a third of it on hysteresis
 ROWS_MAX = 2_400_000  # of all iterations together
 START_ROWS = 60_000  # of a log, that its start is chosen by
@@ -84,7 +85,8 @@ class Result:
     remarks: list = field(default_factory=list)
     L_half: float = 0.0  # of L in the middle of the loads, relative
     rate_effect: float = 0.0  # of breakaway, relative, for ten times the rate
-    slide_gap: float = 0.0  # friction seen in slow slides less the model's there, over L
+    slide_gap: tuple = (0.0, np.inf)  # friction seen in slow slides less the model's there, over L; and half of its interval
+    noises: noise.Noise = field(default_factory=lambda: noise.Noise(0.0, 0.0, 0.0))  # what no model follows; a u that is off is in units of F
     line_error: float | None = None  # N, where the line through the slides gave breakaway and command
     fall: tuple = (0.0, np.inf)  # of friction from break-away to sliding, relative, and half of its interval
     shown: list = field(default_factory=list)  # what the residual of the slides shows
@@ -283,12 +285,16 @@ class Fit:
 
     def left(self, residual):
         """Of the sum of squares, what is above the noise."""
-        return max(self.rms(residual) ** 2 - (1.1 * self.noise()) ** 2, 0.0) * float(np.sum(self.use()))
+        return max(self.rms(residual) ** 2 - (noise.OWN * self.noise()) ** 2, 0.0) * float(np.sum(self.use()))
 
     def model_half(self, names, residual):
         """Half of the intervals by the model's own error: what the fit leaves above the noise may be an error of any one."""
+        return np.sqrt(np.diag(self.model_error(names, residual)))
+
+    def model_error(self, names, residual):
+        """The same as a covariance."""
         total = self.j.T @ (self.use()[:, None] * self.j) + np.diag(self.prior(names)[1] * self.rms(residual) ** 2)
-        return np.sqrt(self.left(residual) * np.diag(np.linalg.pinv(total)))
+        return self.left(residual) * np.linalg.pinv(total)
 
     def hysteresis_half(self, names, theta, residual):
         """Intervals of the hysteresis, 0 for the rest: the relays make the model jump, and a jump within the Jacobian's step is no knowledge. So only what both
@@ -416,7 +422,7 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
         return identify(log, rig_of(PAPER_LAG_S + delay)[0], assume, allow_slides)
     _explained(fit, left, level, shown)
     if not found and not by_slides and (early or delay > 0.1):
-        raise _not_followed(log, line, delay, fit.rms(left), shown)
+        raise _not_followed(log, line, delay, fit.rms(left), shown, level)
     return _finish(fit, names, theta, left, events, remarks, ripple, level, ways, line, by_slides, shown)
 
 
@@ -451,6 +457,8 @@ def _plausible(log, line, assume, level):
     if level > 0 and least <= scale <= 1 / least and not late:
         return
     lag, share = rows.lag_at_turns(log)
+    if hidden := noise.of(log).hides(level, max(np.ptp(s.force) for s in log.segments)):
+        raise Refusal("noise", f"noise: {hidden}")
     if (level <= 0 or share < FOLLOWS) and _is_exchanged(log):
         raise Refusal("exchanged", "exchanged: u and F: F turns before u, which stands at each turn as F does because of friction. Name their columns the other way round (--column u=... --column F=...)")
     if _is_turned(log, scale, share):
@@ -465,7 +473,7 @@ def _plausible(log, line, assume, level):
         raise Refusal("sign", WRONG_SIGN)
     if not least <= scale <= 1 / least:
         raise Refusal("units", f"units: F moves by {scale:.3g} N for a newton of u: one of them is not in N, as a sensor's volts are not, nor a drive's ampere; give its scale (--scale u={scale:.4g}, or --scale F=...)"
-                      + ("" if assume else f"; if they are, say so: --assume symmetric takes up to a factor of {1 / 0.2:g}"))
+                      + ("" if assume or not 0.2 <= scale <= 5 else "; if both are, say so: --assume symmetric"))
     if late:
         raise not_of_one_clock(log, line.lag_s)
 
@@ -500,25 +508,39 @@ def _stiction(log, line, level, load, shown):
             raise not_of_one_clock(log, lag)
         if shown and level > 0:
             raise Refusal("model", f"model: {shown[0]}")
+        _hidden(log, line, level, (high - low) / 2)
         raise Refusal("no stiction", f"no stiction found: F follows u both ways with a lag of {1e3 * line.lag_s:.2g} ms, and friction is {level:.2g} +- {(high - low) / 2:.2g} N. There is nothing that compensation could take out")
+
+
+def _hidden(log, line, level, half):
+    """Refuses where noise, or the steps of u, leave room for friction that matters."""
+    known, force = noise.of(log), max(np.abs(s.force).max() for s in log.segments)
+    if known.beyond(line.error, noise.MEDIAN) < 0.5 * line.error and level + half > MATTERS * force:
+        raise Refusal("noise", f"noise: {known.says(max(level, 0) + half, 0)[0]}: it hides up to {max(level, 0) + half:.3g} N")
+
+
+def _middle_row(names, load):
+    """What L at a load has of each, as the mean of both directions."""
+    shares = {"offset": 1, "slope": load, "offset_positive": 0.5, "slope_positive": 0.5 * load, "offset_negative": 0.5, "slope_negative": 0.5 * load}
+    return np.array([shares.get(n, 0.0) for n in names], float)
 
 
 def _middle(names, draws, load):
     """The draws' changes of L at a load, the mean of both directions."""
-    row = np.zeros(len(names))
-    for i, n in enumerate(names):
-        row[i] = {"offset": 1, "slope": load, "offset_positive": 0.5, "slope_positive": 0.5 * load, "offset_negative": 0.5, "slope_negative": 0.5 * load}.get(n, 0)
-    return draws @ row
+    return draws @ _middle_row(names, load)
 
 
-def _not_followed(log, line, delay, rms, shown):
+def _not_followed(log, line, delay, rms, shown, level):
     """The refusal of a log that the model follows only with a delay that nothing has."""
     lag, _ = rows.lag_at_turns(log)
+    if said := noise.of(log).says(level, 2):
+        return Refusal("noise", f"noise: {said[0]}")
     if lag is not None and _is_late(log, lag):
         if shown:
             return Refusal("ripple" if "pattern" in shown[0] else "model", f"model: {shown[0]}")
+        few = (f"do not lie on a line: it leaves {line.error:.3g} N of them" if line.is_sure() else f"are too few: {slides.SURE} at least (tribo-identify plan makes 24, --repeats more)")
         return Refusal("model", f"model: inside stiction the friction is not the model's, which leaves {rms:.3g} N rms of F: it builds up, or falls, about the turns. The {line.slides} slides beyond them, which do "
-                                f"without the model, are too few: {slides.SURE} at least (tribo-identify plan makes 24, --repeats more)")
+                                f"without the model, {few}")
     return not_of_one_clock(log, delay, "the stamps of u and F are not of one clock, or the rig's lags are others than were taken (--actuator --sensor --lag)")
 
 
@@ -691,7 +713,7 @@ def _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, g
         remarks.append(f"breakaway is no line: off by up to {100 * lack[0]:.2g} % at a load (by chance: {lack[1]:.1g}); a table of {len(at)} loads")
     changes = fit.bootstrap(names, residual)
     half = np.hypot((np.percentile(changes, 97.5, axis=0) - np.percentile(changes, 2.5, axis=0)) / 2, fit.model_half(names, residual))
-    half = np.maximum(half, fit.hysteresis_half(names, theta, residual))
+    half, error = np.maximum(half, fit.hysteresis_half(names, theta, residual)), fit.model_error(names, residual) if line is None else None
     if line is not None:  # what the slides say, in front of the rest
         names, theta, changes = [*line.values, *names], [*line.values.values(), *theta], np.c_[line.draws, changes]
         half = np.r_[(np.percentile(line.draws, 97.5, axis=0) - np.percentile(line.draws, 2.5, axis=0)) / 2, half]
@@ -702,7 +724,8 @@ def _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, g
         raise Refusal("few loads", "few loads: F breaks away both ways at none; approach every load from both sides")
     result = Result(estimates, params, table, events, fit.model(names, theta), fit.rms(residual), _hold_out(fit, residual), ripple, params["delay"], both, fit.assume, remarks, lack_of_fit=lack)
     result.rate_effect = _rate_effect(events, level)
-    result.L_half = _relative_half(fit, names, theta, changes, both)
+    result.L_half = _relative_half(fit, names, np.array(theta, float), changes, both, error)
+    result.noises = noise.of(fit.log)
     result.slide_gap = _slide_gap(fit, result, ways)
     result.line_error = None if line is None else line.error
     result.fall = slides.fall(fit.log, guess) if guess.is_sure() else (0.0, np.inf)
@@ -737,14 +760,13 @@ def _to_table(fit, names, theta, at):
     return [*table, *rest], [*table.values(), *(values[n] for n in rest)]
 
 
-def _relative_half(fit, names, theta, changes, both):
+def _relative_half(fit, names, theta, changes, both, error=None):
+    """Half of the interval of L in the middle of the loads, over it, by the draws and by the model's `error`, a covariance."""
     middle = abs(both[0][0] + both[-1][1]) / 2  # as far as L knows of it
-    if fit.table_at is not None:
-        at = names.index(f"table_{int(np.argmin(np.abs(np.array(fit.table_at) - middle)))}")
-        L, spread = theta[at], changes[:, at]
-    else:
-        L, spread = float(_middle(names, np.array(theta, float), middle)), _middle(names, changes, middle)
-    return float((np.percentile(spread, 97.5) - np.percentile(spread, 2.5)) / 2 / max(L, 1e-12))
+    row = np.array([n == f"table_{int(np.argmin(np.abs(np.array(fit.table_at) - middle)))}" for n in names], float) if fit.table_at is not None else _middle_row(names, middle)
+    L, spread = float(row @ theta), changes @ row
+    half = np.hypot((np.percentile(spread, 97.5) - np.percentile(spread, 2.5)) / 2, 0.0 if error is None else np.sqrt(row @ error @ row))
+    return float(half / max(L, 1e-12))
 
 
 def _hold_out(fit, residual):
@@ -770,23 +792,26 @@ def breakaway(params, table, force):
 
 
 def _slide_gap(fit, result, ways):
-    """Of slow slides, which count little in the fit beside what moves fast: friction seen less the model's in the same rows, so with the same lag, over L. The
-    mean of both directions, which no bias of u moves."""
+    """Of slow slides, which count little in the fit beside what moves fast: friction seen less the model's in the same rows, so with the same lag, over L; and half of the
+    interval, by how much slides differ. The mean of both directions, which no bias of u moves."""
     gaps = {1: [], -1: []}
     for s, way, model in zip(fit.log.segments, ways, result.model):
         for w, L in zip((1, -1), breakaway(result.params, result.table, s.force)):
-            on = way == w
-            gaps[w].append(w * (model[on] - s.force[on]) / L[on])
-    medians = [float(np.median(np.concatenate(g))) for g in gaps.values() if sum(map(len, g))]
-    return float(np.mean(medians)) if medians else 0.0
+            on = np.flatnonzero(way == w)
+            gaps[w] += [w * (model[k] - s.force[k]) / L[k] for k in np.split(on, np.flatnonzero(np.diff(on) > 1) + 1) if len(k)]
+    found = [(float(np.median(np.concatenate(g))), slides.half_of([np.median(one) for one in g])) for g in gaps.values() if g]
+    return (float(np.mean([gap for gap, _ in found])), float(np.mean([half for _, half in found]))) if found else (0.0, np.inf)
 
 
 def _explained(fit, residual, level, shown):
     rms = fit.rms(residual)
-    if rms > 0.25 * level:
+    known = noise.of(fit.log)
+    if known.beyond(rms) > 0.25 * level:
         lag, share = rows.lag_at_turns(fit.log)
         if share >= FOLLOWS and not _is_late(fit.log, lag):  # few slides may have hidden it before
             raise not_of_one_clock(fit.log, lag)
+        if said := known.says(level, 2):
+            raise Refusal("noise", f"noise: {said[0]}")
         raise Refusal("model", f"model: {shown[0]}" if shown else f"the model does not explain the log: F is off by {rms:.3g} N rms, where breakaway is {level:.3g} N; no answer is better than this one")
 
 
@@ -818,23 +843,28 @@ def _readings(result):
 def _doubts(result, level):
     """What casts doubt on all of it. What the residual of the slides shows is the reason of whatever else would be said."""
     found = list(_misfits(result, level))
+    if found and result.noises.u > noise.NAMED["u"] * level:  # the model takes it as commanded, and that loosens all that sticks
+        found = [text for text in result.noises.says(level) if text.startswith("u has noise")]
     yield from result.shown if result.shown and (found or result.line_error is not None) else found
     if result.assume is None:
         yield from _readings(result)
 
 
 def _misfits(result, level):
+    """What the log has and the model has not, beyond noise and the steps of u."""
+    left = result.noises.beyond(result.residual_rms)
     if result.line_error is None:
-        if result.residual_rms > DOUBT * level:
-            yield f"F is off by {result.residual_rms:.3g} N rms, {100 * result.residual_rms / level:.2g} % of breakaway: the friction differs from the model's"
+        gap, half = result.slide_gap
+        if left > DOUBT * level:
+            yield f"F is off by {left:.3g} N rms, {100 * left / level:.2g} % of breakaway: the friction differs from the model's"
         if result.held_out > 2.5:
             yield f"half-cycles that were held out fit {result.held_out:.2g} times worse"
-        if abs(result.slide_gap) > max(GAP, result.L_half):
-            yield f"friction in slow slides differs from the model's by {100 * result.slide_gap:+.2g} %, beyond the interval of L: breakaway and sliding are not the model's"
-        if result.ripple > 0.3 * level and result.residual_rms > DOUBT / 3 * level:  # a model that follows F leaves no room for one
+        if abs(gap) > max(GAP, result.L_half, half, result.noises.rounding / level):
+            yield f"friction in slow slides differs from the model's by {100 * gap:+.2g} %, beyond the interval of L: breakaway and sliding are not the model's"
+        if result.ripple > 0.3 * level and left > DOUBT / 3 * level:  # a model that follows F leaves no room for one
             yield f"a ripple of {result.ripple:.3g} N with position, {100 * result.ripple / level:.2g} % of breakaway: average over whole turns"
-    elif result.line_error > DOUBT / 3 * level:
-        yield f"slides differ from a line by {result.line_error:.3g} N, {100 * result.line_error / level:.2g} % of breakaway: their friction is not offset + slope |F|"
+    elif (left := result.noises.beyond(result.line_error, noise.MEDIAN)) > DOUBT / 3 * level:
+        yield f"slides differ from a line by {left:.3g} N, {100 * left / level:.2g} % of breakaway: their friction is not offset + slope |F|"
     share, half = result.fall
     if share > FALL + half:
         L = breakaway(result.params, result.table, np.mean([result.loads[0][0], result.loads[-1][1]]))[0]
@@ -844,6 +874,7 @@ def _misfits(result, level):
 
 def _judge(fit, result, level):
     doubts = list(_doubts(result, level))
+    result.remarks += [text for text in result.noises.says(level) if text not in doubts]
     if result.residual_rms > DOUBT / 3 * level or result.line_error is not None:
         for e in result.estimates:
             if e.name in HYSTERESIS and e.verdict == "identified":

@@ -8,7 +8,7 @@ a fall to the other end of it.
 --low and --high bound u, and with it F: friction only ever takes from u what F lags behind it. The levels lie where F goes for such a u.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -66,13 +66,19 @@ class Plan:
         bottom, top = self.range()
         if not top - bottom > max(0.1 * (self.high - self.low), 0.3 * self.breakaway(max(abs(bottom), abs(top)))):
             raise InputError(f"--high: value {self.high:g}: breakaway of {self.offset:g} N + {self.slope:g} |F| leaves F no way between --low and --high")
-        step = (top - bottom - 2 * self.swing()) / (self.levels - 1)
-        if self.swing() > 0.9 * step and self.noise > 0 and self.swing() > 0.25 * step + 8 * self.noise:
-            raise InputError(f"--noise: value {self.noise:g}: {self.levels} levels between {bottom:.3g} and {top:.3g} N do not stand out of it; "
-                             + ("fewer would (--levels 4 at least)" if self.levels > 4 else "they are the fewest that show a bend: this sensor does not tell friction over so small a range"))
+        if not self._stands_out():
+            fewer = next((levels for levels in range(self.levels - 1, 3, -1) if replace(self, levels=levels)._stands_out()), None)
+            raise InputError(f"--noise: value {self.noise:g}: {self.levels} levels between {bottom:.3g} and {top:.3g} N do not stand out of it"
+                             + (f"; --levels {fewer} would" if fewer else ", nor do fewer: this sensor does not tell friction over so small a range"))
         if self.u_max is not None and not self.u_max >= largest:
             refuse("u-max", self.u_max, f"at least {largest:g} N, which --low and --high ask for")
         return self
+
+    def _stands_out(self):
+        """Is it told from noise that F goes from level to level?"""
+        bottom, top = self.range()
+        step = (top - bottom - 2 * self.swing()) / (self.levels - 1)
+        return self.noise == 0 or self.swing() <= max(0.9 * step, 0.25 * step + 8 * self.noise)
 
     def breakaway(self, force):
         return self.offset + self.slope * abs(force)

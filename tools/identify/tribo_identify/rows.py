@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import scipy.ndimage
 
-from .bins import BIN_S, binned, noise_of
+from .bins import BIN_S, binned, noise_of, step_of
 from .refusal import Refusal
 
 SPIKE_ROWS = 2  # that a reading which is none lasts at most
@@ -30,7 +30,7 @@ def spikes(x):
     smooth = scipy.ndimage.median_filter(x, 2 * SPIKE_ROWS + 1)
     off = np.abs(x - smooth)
     low, high = np.percentile(smooth, [0.1, 99.9])
-    return off > max(SPIKE * (high - low), NOISES * float(np.median(off)), 10 * float(np.percentile(off, 98)))
+    return off > max(SPIKE * (high - low), NOISES * float(np.median(off)), 10 * float(np.percentile(off, 98)), 1.5 * step_of(x))  # a coarse sensor flickers by one step
 
 
 def _without_spikes(segment, name):

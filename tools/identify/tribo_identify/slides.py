@@ -17,7 +17,7 @@ import numpy as np
 import scipy.ndimage
 import scipy.special
 
-from .bins import binned, bin_size, noise_of
+from .bins import binned, bin_size, noise_of, readings_of
 
 PART = 0.5  # of a slide's way: it counts from there on
 PARTS = (0.3, 0.7)  # that the answer may depend on
@@ -28,6 +28,7 @@ SLOW = 0.3  # of a slide's median rate: rows that turn
 ENOUGH = 8  # slides for an interval
 SURE = 12  # and to be taken in place of the model
 LAG_S = 0.05
+MEDIAN_OF_3 = 0.67  # standard deviation of the median of three, over that of one
 DRAWS = 999
 COLUMNS = {"symmetric": ("offset", "slope", "scale", "gravity"), "calibrated": ("offset_positive", "slope_positive", "offset_negative", "slope_negative")}
 
@@ -222,21 +223,30 @@ def residual(log, assume):
     return rows, target - a @ x
 
 
+def half_of(values):
+    """Half of the interval of a median."""
+    return float(1.96 * 1.2533 * 1.4826 * np.median(np.abs(values - np.median(values))) / np.sqrt(len(values))) if len(values) >= ENOUGH else np.inf
+
+
 def fall(log, line):
-    """By how much friction is larger as F begins to move than later in the slide, relative; and half of the interval. From the slowest third of the slides,
-    where the lags move net force least."""
+    """By how much friction is larger as F begins to move than later in the slide, relative; and half of the interval. From the slowest third of the slides, where the lags move
+    net force least. Noise and steps of u make the largest net force larger, where it is the same for long; a short one they hardly change. The
+    interval has both, and as much again as noise moves the turns."""
     found, p = [], line.law()
-    for u, du, y, _, runs in runs_of(log):
+    for s, (u, du, y, _, runs) in zip(log.segments, runs_of(log)):
+        coarse = readings_of(s.u).coarse * p["scale"]
         for way, first, last in runs:
             k = np.arange(first, last + 1)
-            share = way * (p["scale"] * (u[k] - line.lag_s * du[k]) + p["gravity"] - y[k]) / line.breakaway(y[k], way)
+            L = line.breakaway(y[k], way)
+            share = way * (p["scale"] * (u[k] - line.lag_s * du[k]) + p["gravity"] - y[k]) / L
             gone = way * (y[k] - y[first])
             begin, later = int(np.argmax(gone > PART * gone[-1])), (gone > PART * gone[-1]) & (gone < END * gone[-1])
             if begin >= 5 and later.sum() >= 3:
-                found.append((np.median(np.abs(du[k])), np.max(scipy.ndimage.median_filter(share[:begin], 3)) - np.median(share[later])))
+                raised = MEDIAN_OF_3 * noise_of(share[begin:]) * scipy.special.ndtri(1 - 1 / (begin + 1)) + coarse / np.median(L)
+                found.append((np.median(np.abs(du[k])), np.max(scipy.ndimage.median_filter(share[:begin], 3)) - np.median(share[later]), raised))
     if len(found) < ENOUGH:
         return 0.0, np.inf
-    rate, share = np.array(found).T
-    share = share[rate <= np.quantile(rate, 1 / 3)]
-    half = 1.96 * 1.2533 * 1.4826 * np.median(np.abs(share - np.median(share))) / np.sqrt(len(share))
-    return float(np.median(share)), float(half)
+    rate, share, raised = np.array(found).T
+    slow = rate <= np.quantile(rate, 1 / 3)
+    share, raised = share[slow], float(np.median(raised[slow]))
+    return float(np.median(share)) - raised / 2, half_of(share) + raised

@@ -78,7 +78,7 @@ def slides(rig, first):
         plan = Plan(low, high, offset=max(first.offset, 1e-3 * rig.force.largest), slope=float(np.clip(first.slope, 0, 0.9)), noise=first.noise,
                     sample_time_s=rig.sample_time_s, rate=rig.force.largest).check()
     except InputError as error:
-        raise Refusal("few loads", f"1-ramp-log.csv: {str(error).replace('--low', 'force.low_N').replace('--high', 'force.high_N')}") from None
+        raise Refusal("few loads", f"1-ramp-log.csv: {str(error).replace('--low', 'force.low_N').replace('--high', 'force.high_N').replace('--noise: value', 'noise of F, in N:')}") from None
     corners = steps(plan, max(0.5, 250 * rig.sample_time_s))
     split = corners[-1][0]
     corners += [(split + t, u) for t, u in plan.commands()[1:]]
@@ -181,7 +181,7 @@ def of_ramp(log, assume="symmetric"):
     if scale < 0:
         raise Refusal("sign", "1-ramp-log.csv: F falls where u rises: turn the sign of command_per_N, or of F by log.scales.F: -1")
     if not 0.5 <= scale <= 2:
-        raise Refusal("units", f"1-ramp-log.csv: a newton of command makes {scale:.3g} N: correct command_per_N (now 1, say {1 / scale:.3g} times what it is), remove the log and play the ramp again")
+        raise Refusal("units", f"1-ramp-log.csv: a newton of command makes {scale:.3g} N: correct command_per_N (to {1 / scale:.3g} times what it is), remove the log and play the ramp again")
     readings = bins.readings_of(s.force)
     offset, slope = _friction(log, line, (offset, slope), readings.rms)
     first = First(float(scale), float(bias), float(max(offset, 0.0)), float(max(slope, 0.0)), readings)

@@ -3,14 +3,16 @@
 from pathlib import Path
 from typing import Annotated, Literal, Optional
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from tribo_design.config import Number, Positive, Strict, load_yaml, validate
+from tribo_design.errors import check_number
 from tribo_design.reading import read_text
 
 FORCE_MAX = 1e6  # N, of the library
 RANGE_MIN = 1e-3  # N, of the design's full scale
-Safe = Annotated[Number, Field(ge=-FORCE_MAX, le=FORCE_MAX)]
+Meant = Annotated[Number, AfterValidator(check_number)]
+Safe = Annotated[Meant, Field(ge=-FORCE_MAX, le=FORCE_MAX)]
 Pole = Annotated[Number, Field(ge=1e-2, le=1e6)]
 
 
@@ -40,7 +42,7 @@ class Log(Strict):
 
     columns: dict[Literal["t", "u", "F"], str] = {}
     units: dict[Literal["t", "F"], str] = {}
-    scales: dict[Literal["t", "u", "F"], Number] = {}
+    scales: dict[Literal["t", "u", "F"], Meant] = {}
     resample: bool = False
 
 

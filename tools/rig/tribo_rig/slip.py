@@ -283,7 +283,7 @@ def _refuse_limited(s, effort_max):
         _refuse("units", f"{s.file}: u goes to {most:.4g}, and effort_max is {effort_max:.4g}: another column (log.columns.u), another unit (log.scales.u), or effort_max in joint.yaml is wrong")
     share = float(np.mean(np.abs(s.u) > LIMIT * effort_max))
     if share > LIMITED:
-        _refuse("saturated", f"{s.file}: u stands at effort_max, {effort_max:.4g}, in {100 * share:.2g} % of the rows: the joint gets less than it takes to follow. Move it more slowly, or raise the limit of your loop")
+        _refuse("saturated", f"{s.file}: u stands at effort_max, {effort_max:.4g}, in {100 * share:.2g} % of the rows: the joint gets less than it takes to follow. Move it more slowly, or with less load")
 
 
 def _strokes(logs, travel):

@@ -1,0 +1,57 @@
+"""Noise of F and of u, and the steps in which u is logged: what no friction explains, and what may look like any."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .bins import BIN_S, bin_size, binned, noise_of, readings_of
+
+OWN = 1.1  # times the noise that is known, that a fit leaves by chance
+MEDIAN = 0.6745  # of a deviation, over its standard deviation
+NAMED = {"force": 0.03, "rounding": 0.03, "u": 0.1}  # of breakaway: less is not worth a word. The model takes what u has from row to row as commanded
+HIDES = 0.2  # of breakaway: what F and u do is lost in so much
+RANGE = 2e-3  # of the range of F: less is no noise that hides anything
+QUIETER = "Find what disturbs the sensor, or let its converter average"
+
+
+@dataclass
+class Noise:
+    force: float  # of averages of F, N rms
+    rounding: float  # by which u is off as it is logged in steps, N rms
+    u: float  # of u from row to row, N rms
+
+    @property
+    def step(self):
+        return np.sqrt(12) * self.rounding
+
+    def beyond(self, rms, part=1.0):
+        """What is left of rms without noise and rounding; `part`: what it has of a standard deviation."""
+        return max(rms**2 - (OWN * part * np.hypot(self.force, self.rounding)) ** 2, 0.0) ** 0.5
+
+    def says(self, level, times=1.0):
+        """A sentence for each that is large beside breakaway, the largest first."""
+        texts = {"force": lambda: f"F has noise of {self.force:.3g} N rms in averages over {1e3 * BIN_S:g} ms, {100 * self.force / level:.2g} % of breakaway. {QUIETER}",
+                 "rounding": lambda: f"u is logged in steps of {self.step:.3g} N, {100 * self.step / level:.2g} % of breakaway. Log the command with more digits, if the drive gets it so",
+                 "u": lambda: f"u has noise of {self.u:.3g} N rms from row to row, {100 * self.u / level:.2g} % of breakaway. Log the command that the drive gets, no measured current"}
+        found = {name: getattr(self, name) / (NAMED[name] * level) for name in NAMED}
+        return [texts[name]() for name in sorted(found, key=found.get, reverse=True) if found[name] > times]
+
+    def hides(self, level, span):
+        """A sentence, if friction is lost in it; or None."""
+        largest = max(self.force, self.rounding)
+        return (self.says(max(level, 1e-9 * span)) or [None])[0] if largest > max(HIDES * level, RANGE * span) else None
+
+
+def rounding_of(u):
+    """By how much u is off as it is logged in steps, N rms: 0 where its values lie on no grid, as those that a logger has held."""
+    apart = np.diff(np.unique(u))
+    if len(apart) < 2:
+        return 0.0
+    steps = apart / np.median(apart)
+    return readings_of(u).coarse / np.sqrt(12) if np.mean(np.abs(steps - np.round(steps)) < 0.02) > 0.9 else 0.0
+
+
+def of(log):
+    size = bin_size(log.sample_time_s)
+    forces, rounding, u = zip(*((noise_of(binned(s.force, size)), rounding_of(s.u), noise_of(s.u)) for s in log.segments))
+    return Noise(max(forces), float(np.median(rounding)), max(u))
