@@ -36,10 +36,8 @@ static inline tribo_axis_f32_t *movable_axis_here(movable_axis_t *own)
     axis->active           = movable_axis_params(own, own->has_next);
     axis->loop.active      = axis->loop.active != NULL ? &movable_axis_params(own, own->had_next)->loop : NULL;
     axis->loop.active_seal = ~(uintptr_t)axis->loop.active;
-    axis->loop.memory      = &axis->memory;
+    axis->loop.memory      = &axis->memory.state.tick;
     axis->loop.memory_seal = ~(uintptr_t)axis->loop.memory;
-    axis->loop.guard       = &axis->guard;
-    axis->loop.guard_seal  = ~(uintptr_t)axis->loop.guard;
     return axis;
 }
 

@@ -6,15 +6,11 @@
 
 static tribo_force_loop_q31_state_t   loop;
 static tribo_feedforward_q31_memory_t memory; // what it has learned
-static tribo_guard_q31_state_t        guard;
 
 void loop_start(void)
 {
-    tribo_force_loop_q31_reset(&loop);
-    tribo_feedforward_q31_reset(&memory.state);
-    tribo_force_loop_feedforward_q31_attach(&loop, &memory);
-    tribo_guard_q31_reset(&guard);
-    tribo_guard_q31_attach(&loop, &guard);
+    loop.memory = &memory.state.tick;
+    (void)tribo_force_loop_q31_start(&loop, &rig_params, false);
 }
 
 void loop_tick(void)

@@ -19,15 +19,11 @@ static const double kOffset = 0.5, kNmPerUnit = 4; // of the torque sensor on au
 
 static tribo_force_loop_f32_state_t   loop;
 static tribo_feedforward_f32_memory_t memory;
-static tribo_guard_f32_state_t        guard;
 
 static void start()
 {
-    tribo_force_loop_f32_reset(&loop);
-    tribo_feedforward_f32_reset(&memory.state);
-    tribo_force_loop_feedforward_f32_attach(&loop, &memory);
-    tribo_guard_f32_reset(&guard);
-    tribo_guard_f32_attach(&loop, &guard);
+    loop.memory = &memory.state.tick;
+    (void)tribo_force_loop_f32_start(&loop, &rig_params, false);
 }
 
 static double torque_for(double reference, double reading)

@@ -16,7 +16,6 @@ volatile uint8_t ticks; // of the timer
 
 static tribo_force_loop_f32_state_t   force_loop;
 static tribo_feedforward_f32_memory_t memory;
-static tribo_guard_f32_state_t        guard;
 
 float read_force_n(); // yours; NAN if it has no reading
 
@@ -34,11 +33,8 @@ void force_tick() // a timer of 1 kHz
 
 void force_start()
 {
-    tribo_force_loop_f32_reset(&force_loop);
-    tribo_feedforward_f32_reset(&memory.state);
-    tribo_force_loop_feedforward_f32_attach(&force_loop, &memory);
-    tribo_guard_f32_reset(&guard);
-    tribo_guard_f32_attach(&force_loop, &guard);
+    force_loop.memory = &memory.state.tick;
+    (void)tribo_force_loop_f32_start(&force_loop, &rig_params, false);
     motor.linkCustomMotionControl(force_control);
     motor.controller        = MotionControlType::custom;
     motor.motion_downsample = 0; // move() runs at the timer's rate, the one that the rig was made for

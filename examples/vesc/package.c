@@ -24,7 +24,6 @@ typedef struct
     tribo_guard_f32_params_t       guard_params;
     tribo_force_loop_f32_state_t   loop;
     tribo_feedforward_f32_memory_t memory;
-    tribo_guard_f32_state_t        guard;
 } axis_t;
 
 static bool make(axis_t *axis)
@@ -39,12 +38,8 @@ static bool make(axis_t *axis)
         return false;
     }
     axis->params.guard = &axis->guard_params;
-    tribo_force_loop_f32_reset(&axis->loop);
-    tribo_feedforward_f32_reset(&axis->memory.state);
-    tribo_force_loop_feedforward_f32_attach(&axis->loop, &axis->memory);
-    tribo_guard_f32_reset(&axis->guard);
-    tribo_guard_f32_attach(&axis->loop, &axis->guard);
-    return true;
+    axis->loop.memory  = &axis->memory.state.tick;
+    return tribo_force_loop_f32_start(&axis->loop, &axis->params, false) == TRIBO_OK;
 }
 
 static void tick(axis_t *axis)

@@ -146,9 +146,8 @@ void drive_init(drive_t *drive, const port_t *port, const drive_setup_t *setup, 
                        .state        = DRIVE_IDLE,
                        .logged_state = DRIVE_FAULT};
     expected_reset(&drive->expected);
-    TRIBO(force_loop, reset)(&drive->loop);
 #if DRIVE_FEEDFORWARD
-    TRIBO(guard, reset)(&drive->guard);
+    TRIBO(guard, reset)(&drive->loop.guard);
 #endif
     off(drive);
     if (found != DRIVE_FAULT_NONE)
@@ -503,11 +502,7 @@ static drive_state_t change_state(drive_t *drive, const drive_setup_t *setup, dr
     }
     else if (state == DRIVE_IDLE && (requests & REQUEST_START) != 0u)
     {
-        TRIBO(force_loop, reset)(&drive->loop);
-        loop_attach(&drive->loop, drive->memory);
-#if DRIVE_FEEDFORWARD
-        loop_guard_begin(&drive->loop, &drive->guard);
-#endif
+        loop_begin(&drive->loop, setup->params, drive->memory);
         begin_levels(drive, setup);
         drive->moved    = 0; // until now the power stage was off
         drive->was_told = false;
@@ -581,7 +576,7 @@ static void change_compensation(drive_t *drive, uint32_t requests)
 {
     if ((requests & REQUEST_RESTORE) != 0u)
     {
-        TRIBO(guard, restore)(&drive->guard);
+        TRIBO(guard, restore)(&drive->loop.guard);
     }
     drive->delayed |= requests & (REQUEST_RESTORE | REQUEST_FORGET);
     if (drive->delayed == 0u || drive->memory == NULL || loop_is_learning(drive->memory))
@@ -736,7 +731,7 @@ void drive_forget(drive_t *drive)
 
 uint32_t drive_warnings(const drive_t *drive)
 {
-    const tribo_guard_cause_t cause    = drive->guard.cause;
+    const tribo_guard_cause_t cause    = drive->loop.guard.cause;
     uint32_t                  warnings = 0;
     warnings |= cause == TRIBO_GUARD_HUNTING ? (uint32_t)DRIVE_WARNING_HUNTING : 0u;
     warnings |= cause == TRIBO_GUARD_OVERSHOOT ? (uint32_t)DRIVE_WARNING_OVERSHOOT : 0u;

@@ -179,11 +179,10 @@ typedef struct
     loop_state_t   loop;
     loop_signals_t signals; ///< of the last tick in RUN
 #if DRIVE_FEEDFORWARD
-    loop_guard_state_t guard;
-    uint32_t           logged_warnings;
-    volatile uint8_t   restores, forgets;
-    uint8_t            restores_seen, forgets_seen;
-    uint32_t           delayed; ///< requests until the learner has no sample
+    uint32_t         logged_warnings;
+    volatile uint8_t restores, forgets;
+    uint8_t          restores_seen, forgets_seen;
+    uint32_t         delayed; ///< requests until the learner has no sample
 #endif
 } drive_t;
 

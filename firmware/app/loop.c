@@ -56,9 +56,10 @@ tribo_status_t loop_setup_guard(loop_setup_t                   *setup,
     return status;
 }
 
-void loop_attach(loop_state_t *state, loop_memory_t *memory)
+void loop_begin(loop_state_t *state, const loop_params_t *params, loop_memory_t *memory)
 {
-    TRIBO(force_loop_feedforward, attach)(state, memory);
+    state->memory = memory != NULL ? &memory->state.tick : NULL;
+    (void)TRIBO(force_loop, start)(state, params, true); // refused without memory, and counted in each tick
 }
 
 bool loop_has_sensor(const loop_params_t *params)
@@ -122,25 +123,16 @@ tribo_feedforward_learned_t loop_learned(const loop_params_t *params,
     return TRIBO(feedforward, learned)(params, &memory->state, direction, at);
 }
 
-void loop_guard_begin(loop_state_t *state, loop_guard_state_t *guard)
+float loop_share(const loop_state_t *state)
 {
-    const loop_guard_state_t was = *guard;
-    TRIBO(guard, reset)(guard);
-    guard->cause = was.cause;
-    guard->fade  = was.fade;
-    TRIBO(guard, attach)(state, guard);
-}
-
-float loop_share(const loop_guard_state_t *guard)
-{
-    return (float)guard->fade * (1.0f / (float)TRIBO_ALL);
+    return (float)state->guard.fade * (1.0f / (float)TRIBO_ALL);
 }
 #else
 // NOLINTBEGIN(readability-non-const-parameter): a loop with a feed-forward writes it
-void loop_attach(loop_state_t *state, loop_memory_t *memory)
+void loop_begin(loop_state_t *state, const loop_params_t *params, loop_memory_t *memory)
 {
-    (void)state;
     (void)memory;
+    (void)TRIBO(force_loop, start)(state, params, false); // not null
 }
 
 void loop_motion(loop_memory_t *memory, int32_t intended, int32_t measured, loop_widths_t per_unit)

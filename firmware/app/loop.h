@@ -14,7 +14,6 @@ typedef TRIBO(force_loop, state_t) loop_state_t;
 typedef TRIBO(force_loop, signals_t) loop_signals_t;
 #if DRIVE_FEEDFORWARD
 typedef TRIBO(feedforward, memory_t) loop_memory_t;
-typedef TRIBO(guard, state_t) loop_guard_state_t;
 #else
 typedef uint8_t loop_memory_t; ///< not used
 #endif
@@ -36,8 +35,8 @@ typedef struct
 /// `config`, which must outlive them. Writes all or nothing. Not for the tick.
 tribo_status_t loop_setup(loop_setup_t *setup, const tribo_force_loop_f32_config_t *config, float full_scale_n);
 
-/// After a reset: `memory` for a feed-forward, which keeps what it has learned; null: none.
-void loop_attach(loop_state_t *state, loop_memory_t *memory);
+/// The loop at rest, with `memory` for a feed-forward, null: none. What is learned stays; so does what a guard has latched and faded.
+void loop_begin(loop_state_t *state, const loop_params_t *params, loop_memory_t *memory);
 
 /// Whether the loop uses y.
 bool loop_has_sensor(const loop_params_t *params);
@@ -95,11 +94,8 @@ tribo_feedforward_learned_t loop_learned(const loop_params_t *params,
 /// The learner has a sample, and may be at work: leave what is learned alone.
 bool loop_is_learning(const loop_memory_t *memory);
 
-/// After a reset of the loop, which it will watch: nothing seen. A cause stays latched, and what was faded stays so.
-void loop_guard_begin(loop_state_t *state, loop_guard_state_t *guard);
-
 /// The share of friction that the guard has left in u, 0 to 1.
-float loop_share(const loop_guard_state_t *guard);
+float loop_share(const loop_state_t *state);
 #endif
 
 #endif

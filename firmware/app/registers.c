@@ -591,7 +591,7 @@ static word_t compensation_word(const registers_t *registers, uint32_t place)
     case REGISTERS_COMPENSATION_warnings:
         return drive_warnings(&registers->drive);
     case REGISTERS_COMPENSATION_fade:
-        return bits_of(loop_share(&registers->drive.guard));
+        return bits_of(loop_share(&registers->drive.loop));
     case REGISTERS_COMPENSATION_learned_up:
     case REGISTERS_COMPENSATION_learned_down:
         return bits_of(shown.L_n);

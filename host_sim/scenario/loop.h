@@ -21,7 +21,6 @@
         tribo_feedforward_##arithmetic##_params_t feedforward;                                                         \
         tribo_feedforward_##arithmetic##_memory_t memory;                                                              \
         tribo_guard_##arithmetic##_params_t       guard_params;                                                        \
-        tribo_guard_##arithmetic##_state_t        guard;                                                               \
         tribo_breakaway_point_##arithmetic##_t    table[TRIBO_BREAKAWAY_POINTS_MAX]; /* not used in f32 */             \
     }
 

@@ -39,15 +39,8 @@ static tribo_status_t init(sim_loop_t *loop, const common_loop_config_t *config)
                                   config->config.sample_time_s,
                                   (float)loop->full_scale_n);
     }
-    TRIBO(force_loop, reset)(&in->state);
-    TRIBO(guard, reset)(&in->guard);
-    TRIBO(guard, attach)(&in->state, &in->guard);
-    if (status == TRIBO_OK && config->feeds_forward)
-    {
-        TRIBO(feedforward, reset)(&in->memory.state);
-        TRIBO(force_loop_feedforward, attach)(&in->state, &in->memory);
-    }
-    return status;
+    in->state.memory = config->feeds_forward ? &in->memory.state.tick : NULL;
+    return status == TRIBO_OK ? TRIBO(force_loop, start)(&in->state, &in->params, false) : status;
 }
 
 static sim_learned_t learned(const sim_loop_t *loop, double force_n)
@@ -126,7 +119,7 @@ static double step(sim_loop_t *loop, double r_n, double y_n, tribo_force_loop_f3
 
 static tribo_guard_cause_t guard_cause(const sim_loop_t *loop)
 {
-    return IN(loop)->guard.cause;
+    return IN(loop)->state.guard.cause;
 }
 
 static uint32_t limited_ticks(const sim_loop_t *loop)

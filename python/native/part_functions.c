@@ -97,7 +97,7 @@ static void tick_guard(native_part_t *part, const double *in, double *out, bool 
     TRIBO_PART(sim_loop, t) *loop = IN(part);
     (void)all;
     *out = (double)TRIBO(guard, step)(&loop->guard_params,
-                                      &loop->guard,
+                                      &loop->state.guard,
                                       force_of(part, in[0]),
                                       force_of(part, in[1]),
                                       force_of(part, in[2]),
@@ -159,7 +159,7 @@ static void tick_feedforward(native_part_t *part, const double *in, double *out,
 static void restore(native_part_t *part)
 {
     TRIBO_PART(sim_loop, t) *loop = IN(part);
-    TRIBO(guard, restore)(&loop->guard);
+    TRIBO(guard, restore)(&loop->state.guard);
     TRIBO(feedforward, restore)(&loop->memory.state);
 }
 

@@ -91,8 +91,6 @@ STEPPER = """
 typedef int32_t number_t;
 #define LOOP(what) tribo_force_loop_q31_##what
 #define FEED(what) tribo_feedforward_q31_##what
-#define ATTACH tribo_force_loop_feedforward_q31_attach
-#define GUARD(what) tribo_guard_q31_##what
 #define PART(n) ((n) / (double)LOOP_FULL_SCALE_N * 2147483648.0)
 #define GIVEN(n) (PART(n) < 2147483647.0 ? (int32_t)PART(n) : INT32_MAX)
 #define NEWTON(x) (double)(float)((x) / 2147483648.0 * (double)LOOP_FULL_SCALE_N)
@@ -104,8 +102,6 @@ typedef int32_t number_t;
 #include "tribo/force_loop_f32.h"
 #define LOOP(what) tribo_force_loop_f32_##what
 #define FEED(what) tribo_feedforward_f32_##what
-#define ATTACH tribo_force_loop_feedforward_f32_attach
-#define GUARD(what) tribo_guard_f32_##what
 #define GIVEN(n) ((float)(n))
 #define FRICTION seen.compensator.friction
 #define SEEN (double)seen.controller.u_n, (double)FRICTION.L_n, (double)FRICTION.v_n_per_s, (double)FRICTION.f_n
@@ -114,16 +110,10 @@ int main(void)
 {
     static LOOP(state_t) state;
     static FEED(memory_t) memory;
-    static GUARD(state_t) guard;
     double r, y;
-    LOOP(reset)(&state);
-    GUARD(reset)(&guard);
-    GUARD(attach)(&state, &guard);
-    if (loop_params.method != NULL)
-    {
-        FEED(reset)(&memory.state);
-        ATTACH(&state, &memory);
-    }
+    state.memory = &memory.state.tick;
+    if (LOOP(start)(&state, &loop_params, false) != TRIBO_OK)
+        return 1;
     while (scanf("%lf,%lf", &r, &y) == 2)
     {
         LOOP(signals_t) seen;

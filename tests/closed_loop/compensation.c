@@ -165,7 +165,7 @@ compensation_result_t compensation_run(compensation_t                        met
     rig_t                                rig;
     open_rig(&rig, truth);
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&paper_params, &paper));
-    tribo_force_loop_f32_reset(&paper_state);
+    (void)tribo_force_loop_f32_start(&paper_state, &paper_params, false);
     off.gain                                   = 0.0f;
     const tribo_feedforward_f32_config_t *used = config != NULL ? config : &standard;
     const bool                            fed  = method == COMPENSATION_FEEDFORWARD;

@@ -240,9 +240,8 @@ static void open_loop(loop_t *x, const case_t *c)
         (void)fprintf(stderr, "%s: refused, %s\n", a->name, tribo_status_text(status));
         exit(2);
     }
-    TRIBO(force_loop, reset)(&x->state);
-    TRIBO(feedforward, reset)(&x->memory.state);
-    TRIBO(force_loop_feedforward, attach)(&x->state, &x->memory);
+    x->state.memory = &x->memory.state.tick;
+    (void)TRIBO(force_loop, start)(&x->state, &x->params, false); // its memory is there
 }
 
 static double loop_step(loop_t *x, double effort, double intended, double measured)

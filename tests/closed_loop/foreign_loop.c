@@ -82,8 +82,7 @@ tribo_status_t foreign_loop_open(foreign_loop_t *loop, const foreign_rig_t *rig,
     if (method != FOREIGN_FEEDFORWARD)
     {
         status = tribo_init_loop(&loop->params, NULL, &config, scale);
-        TRIBO(force_loop, reset)(&loop->state.state);
-        return status;
+        return status == TRIBO_OK ? TRIBO(force_loop, start)(&loop->state.state, &loop->params, false) : status;
     }
     common_rig_t   believed = {.actuator_pole_rad_per_s = (float)rig->actuator_pole,
                                .sensor_pole_rad_per_s   = (float)rig->sensor_pole,
@@ -105,13 +104,9 @@ tribo_status_t foreign_loop_open(foreign_loop_t *loop, const foreign_rig_t *rig,
     {
         status = tribo_init_guard(&loop->guard, &tuned.guard, config.sample_time_s, scale);
     }
-    TRIBO(feedforward, reset)(&loop->state.memory.state);
-    TRIBO(force_loop, reset)(&loop->state.state);
-    TRIBO(force_loop_feedforward, attach)(&loop->state.state, &loop->state.memory);
-    TRIBO(guard, reset)(&loop->state.guard);
-    loop->params.guard = &loop->guard;
-    TRIBO(guard, attach)(&loop->state.state, &loop->state.guard);
-    return status;
+    loop->params.guard       = &loop->guard;
+    loop->state.state.memory = &loop->state.memory.state.tick;
+    return status == TRIBO_OK ? TRIBO(force_loop, start)(&loop->state.state, &loop->params, false) : status;
 }
 
 double foreign_loop_step(foreign_loop_t *loop, double r, double y)

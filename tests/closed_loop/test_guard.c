@@ -76,7 +76,7 @@ static void test_hunting_of_the_papers_method_at_gain_1_with_half_the_breakaway_
     TEST_ASSERT_TRUE(k < 11500);
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_HUNTING, guard.state.cause);
     (void)run(k, k + 501);
-    TEST_ASSERT_TRUE(guard_share(&guard) <= 0.0);
+    TEST_ASSERT_TRUE(loop_share(&rig.loop) <= 0.0);
     (void)run(k + 501, k + 1500);
     TEST_ASSERT_TRUE(run(k + 1500, 40000) < 0.0025); // 0.0019 without compensation, 0.075 without guard
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_HUNTING, guard.state.cause);
@@ -125,7 +125,7 @@ static void test_a_feed_forward_that_does_not_learn_and_believes_too_much_oversh
         tick_without_learning(0.5 + 0.1 * sin(12.566370614359172e-3 * k)); // 2 Hz
     }
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_OVERSHOOT, guard.state.cause);
-    TEST_ASSERT_TRUE(guard_share(&guard) <= 0.0);
+    TEST_ASSERT_TRUE(loop_share(&rig.loop) <= 0.0);
     rig_close(&rig);
 }
 
@@ -156,7 +156,7 @@ static void test_it_leaves_alone_what_is_right(void)
         open_guarded(scale[i / 2], fed ? &method : NULL);
         (void)run(0, 60000);
         TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_NONE, guard.state.cause);
-        TEST_ASSERT_TRUE(guard_share(&guard) >= 1.0);
+        TEST_ASSERT_TRUE(loop_share(&rig.loop) >= 1.0);
         rig_close(&rig);
     }
 }

@@ -71,10 +71,9 @@ static result_t run(const char *truth, double scale, double belief, double low, 
     TEST_ASSERT_EQUAL_INT(
         TRIBO_OK,
         tribo_init_sensorless(&params, table, &own, &loop, &method, &sensorless, (float)FULL_SCALE_N));
-    TRIBO(force_loop, reset)(&state);
     memset(&memory, 0, sizeof memory);
-    TRIBO(feedforward, reset)(&memory.state);
-    TRIBO(force_loop_feedforward, attach)(&state, &memory);
+    state.memory = &memory.state.tick;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, TRIBO(force_loop, start)(&state, &params, false));
     memset(&estimate, 0, sizeof estimate);
 
     const double unit   = TRIBO_EITHER(1.0, FULL_SCALE_N / 536870912.0);

@@ -205,23 +205,26 @@ static inline void *loop_u_max(loop_t *x)
     return &x->params.controller.TRIBO_N(u_max);
 }
 
+/// At rest, without a memory.
 static inline void loop_reset(loop_t *x)
 {
-    TRIBO(force_loop, reset)(&x->state);
+    x->state.memory = NULL;
+    (void)TRIBO(force_loop, start)(&x->state, &x->params, false);
 }
 
 static inline tribo_status_t loop_init(loop_t *x, const tribo_force_loop_f32_config_t *config)
 {
+    x->sample_time_s            = (double)config->sample_time_s;
+    const tribo_status_t status = tribo_init_loop(&x->params, x->table, config, (float)FULL_SCALE_N);
     loop_reset(x);
-    x->sample_time_s = (double)config->sample_time_s;
-    return tribo_init_loop(&x->params, x->table, config, (float)FULL_SCALE_N);
+    return status;
 }
 
 /// At rest, what was learned kept.
 static inline void loop_restart_with_memory(loop_t *x)
 {
-    loop_reset(x);
-    TRIBO(force_loop_feedforward, attach)(&x->state, &x->memory);
+    x->state.memory = &x->memory.state.tick;
+    (void)TRIBO(force_loop, start)(&x->state, &x->params, true);
 }
 
 /// A loop of which nothing is learned, with the feed-forward, or with null the paper's method and memory for a feed-forward.
@@ -251,7 +254,7 @@ static inline void loop_copy(loop_t *to, const loop_t *x)
 {
     *to                   = *x;
     to->params.method     = x->params.method != NULL ? &to->feedforward.method : NULL;
-    to->state.memory      = x->state.memory != NULL ? &to->memory : NULL;
+    to->state.memory      = x->state.memory != NULL ? &to->memory.state.tick : NULL;
     to->state.memory_seal = ~(uintptr_t)to->state.memory;
 }
 
@@ -301,23 +304,27 @@ static inline void guard_restore(guard_t *x)
     TRIBO(guard, restore)(&x->state);
 }
 
-static inline double guard_share(const guard_t *x)
+/// Of friction, that the guard of a loop lets through.
+static inline double loop_share(const loop_t *x)
 {
-    return x->state.fade == TRIBO_ALL ? 1.0 : (double)x->state.fade / TRIBO_EITHER(1.0, 4294967296.0);
+    const double fade = (double)x->state.guard.fade;
+    return x->state.guard.fade == TRIBO_ALL ? 1.0 : fade / TRIBO_EITHER(1.0, 4294967296.0);
 }
 
 /// Puts `guard` beside loop `x`.
 static inline void loop_guard(loop_t *x, guard_t *guard)
 {
     x->params.guard = &guard->params;
-    TRIBO(guard, attach)(&x->state, &guard->state);
+    x->state.guard  = guard->state;
 }
 
 /// One tick of a loop with a guard; returns u.
 static inline double loop_step_guarded(loop_t *x, guard_t *guard, double r, double y)
 {
     loop_guard(x, guard);
-    return loop_step_unseen_by(x, x, r, y);
+    const double u = loop_step_unseen_by(x, x, r, y);
+    guard->state   = x->state.guard;
+    return u;
 }
 
 /// A force of a feed-forward's state, in N.
@@ -352,12 +359,13 @@ static inline void loop_other_method(loop_t *x)
 
 static inline void loop_detach_guard(loop_t *x)
 {
-    TRIBO(guard, attach)(&x->state, NULL);
+    x->params.guard = NULL;
 }
 
 static inline void loop_detach_memory(loop_t *x)
 {
-    TRIBO(force_loop_feedforward, attach)(&x->state, NULL);
+    x->state.memory      = NULL;
+    x->state.memory_seal = ~(uintptr_t)NULL;
 }
 
 /// In N.

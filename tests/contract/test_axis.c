@@ -225,14 +225,9 @@ static void test_an_axis_is_the_loop_below_it(void)
     const tribo_axis_f32_config_t config = rig(0.8f);
     TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
 
-    TRIBO(force_loop, state_t) loop;
-    TRIBO(guard, state_t) guard;
     static TRIBO(feedforward, memory_t) memory;
-    TRIBO(guard, reset)(&guard);
-    TRIBO(force_loop, reset)(&loop);
-    TRIBO(feedforward, reset)(&memory.state);
-    TRIBO(force_loop_feedforward, attach)(&loop, &memory);
-    TRIBO(guard, attach)(&loop, &guard);
+    TRIBO(force_loop, state_t) loop = {.memory = &memory.state.tick};
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(force_loop, start)(&loop, &axis.params.loop, false));
     plant_t plant = {0};
     for (long tick = 0; tick < 2 * PERIOD; tick++)
     {
@@ -343,7 +338,7 @@ static void test_a_loop_without_a_method_has_a_callers_controller_alone(void)
     tribo_point_t                       table[TRIBO_BREAKAWAY_POINTS_MAX];
     const tribo_force_loop_f32_config_t config = tribo_force_loop_f32_paper();
     TEST_ASSERT_EQUAL(TRIBO_OK, tribo_init_loop(&params, table, &config, (float)FULL_SCALE_N));
-    TRIBO(force_loop, reset)(&state);
+    (void)TRIBO(force_loop, start)(&state, &params, false);
     tribo_force_t excess = 1;
     TEST_ASSERT_DOUBLE_WITHIN(1e-6,
                               0.25,
@@ -454,7 +449,7 @@ static void test_each_warning_has_a_sentence_and_a_command_clears_what_is_latche
     const tribo_axis_f32_config_t config = rig(1.0f);
     TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
     tribo_axis_report_t report;
-    axis.guard.cause                   = TRIBO_GUARD_HUNTING;
+    axis.loop.guard.cause              = TRIBO_GUARD_HUNTING;
     axis.memory.state.learner.at_bound = TRIBO_FEEDFORWARD_BOUND_TURNS;
     axis.memory.state.learner.harms    = 1;
     axis.memory.state.forgotten        = 1;
@@ -469,7 +464,7 @@ static void test_each_warning_has_a_sentence_and_a_command_clears_what_is_latche
     }
     TEST_ASSERT_NULL(tribo_axis_warning(&report.warnings));
 
-    axis.guard.cause = TRIBO_GUARD_OVERSHOOT;
+    axis.loop.guard.cause = TRIBO_GUARD_OVERSHOOT;
     TRIBO(axis, report)(&axis, &report);
     uint32_t guards = report.warnings & ~7u; // behind those of inputs, limits and bounds
     (void)tribo_axis_warning(&guards);

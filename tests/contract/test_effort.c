@@ -42,9 +42,8 @@ static void init(blind_t *b)
     TEST_ASSERT_EQUAL_INT(
         TRIBO_OK,
         tribo_init_feedforward(&b->fed, b->table[1], &b->of_fed, &config, &method, (float)FULL_SCALE_N));
-    TRIBO(force_loop, reset)(&b->state);
-    TRIBO(feedforward, reset)(&b->memory.state);
-    TRIBO(force_loop_feedforward, attach)(&b->state, &b->memory);
+    b->state.memory = &b->memory.state.tick;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, TRIBO(force_loop, start)(&b->state, &b->params, false));
 }
 
 void setUp(void)
@@ -397,8 +396,8 @@ static void test_u_does_not_move_where_it_learns(void)
         const double r          = k % 2000 < 1000 ? 0.1 : -0.1;
         const double before     = weight(&x);
         other                   = x; // one that does not slide in this tick
-        other.state.memory      = &other.memory;
-        other.state.memory_seal = ~(uintptr_t)&other.memory;
+        other.state.memory      = &other.memory.state.tick;
+        other.state.memory_seal = ~(uintptr_t)&other.memory.state.tick;
         other.params.method     = &other.own.method;
         other.state.active      = &other.params;
         move(&x, 1.0, motion);
@@ -587,7 +586,7 @@ static void test_a_restart_ends_the_slide_and_keeps_what_was_learned(void)
     axis_t a = axis_of(0.1);
     slide(&a, &x, 20);
     const double learned = weight(&x);
-    TRIBO(force_loop_feedforward, attach)(&x.state, &x.memory);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, TRIBO(force_loop, start)(&x.state, &x.params, true));
     for (int k = 0; k < 3500; k++) // in one direction and back: the first slides are none of the last ones' other half
     {
         move(&x, k < 2000 ? 0.5 : -0.5, k < 2000 ? 0.5 : -0.5);

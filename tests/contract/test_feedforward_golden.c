@@ -101,7 +101,7 @@ static void happen(const double *c)
     switch ((int)c[EVENT])
     {
     case RESTART:
-        TRIBO(force_loop_feedforward, attach)(&loop, &memory);
+        functions.start(&memory, true);
         break;
     case ENTER:
         functions.enter(&memory, tribo_force_of_n(c[ENTRY], full_scale_n), true);
@@ -191,9 +191,8 @@ static void play(const char *name, double most_n)
     double worst[COLUMN_COUNT] = {0.0};
     int    first               = 0; // row that is off
     memset(&memory, 0, sizeof memory);
-    TRIBO(feedforward, reset)(&memory.state);
-    TRIBO(force_loop, reset)(&loop);
-    TRIBO(force_loop_feedforward, attach)(&loop, &memory);
+    loop.memory = &memory.state.tick;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, TRIBO(force_loop, start)(&loop, &params, false));
     csv_open(&csv, name, COLUMNS);
     while (csv.rows < ROWS_MAX && csv_next(&csv))
     {

@@ -4,6 +4,8 @@
 #include ARITH_HEADER
 #include "unity.h"
 
+#include <string.h>
+
 static tribo_force_loop_f32_config_t config;
 static loop_t                        loop;
 static guard_t                       guard;
@@ -35,40 +37,51 @@ static void test_a_latched_cause_fades_the_papers_friction(void)
         seen = loop_step(&loop, 0.5, 0.45);
     }
     TEST_ASSERT_TRUE(seen.feedforward != 0.0);
-    TEST_ASSERT_TRUE(guard_share(&guard) == 1.0);
-    guard.state.cause = TRIBO_GUARD_HUNTING;
+    TEST_ASSERT_TRUE(loop_share(&loop) == 1.0);
+    loop.state.guard.cause = TRIBO_GUARD_HUNTING;
     (void)loop_step(&loop, 0.5, 0.45);
-    TEST_ASSERT_TRUE(guard_share(&guard) < 1.0 && guard_share(&guard) > 0.0);
+    TEST_ASSERT_TRUE(loop_share(&loop) < 1.0 && loop_share(&loop) > 0.0);
     for (int k = 0; k < 600; k++)
     {
         seen = loop_step(&loop, 0.5, 0.45);
     }
-    TEST_ASSERT_TRUE(loop.state.fade == 0 && seen.feedforward == 0.0);
+    TEST_ASSERT_TRUE(loop.state.guard.fade == 0 && seen.feedforward == 0.0);
 }
 
 static void test_a_loop_has_all_its_friction_when_no_guard_is_attached(void)
 {
     for (int k = 0; k < 1000; k++)
     {
-        guard.state.cause = TRIBO_GUARD_HUNTING;
+        loop.state.guard.cause = TRIBO_GUARD_HUNTING;
         (void)loop_step(&loop, 0.5, 0.45);
     }
-    TEST_ASSERT_TRUE(loop.state.fade == 0);
+    TEST_ASSERT_TRUE(loop.state.guard.fade == 0);
     loop_detach_guard(&loop);
     (void)loop_step(&loop, 0.5, 0.45);
     TEST_ASSERT_TRUE(loop_step(&loop, 0.5, 0.45).feedforward > 0.0);
 }
 
-static void test_a_corrupt_pointer_to_the_guard_leaves_the_fade_as_it_is(void)
+static void test_a_restart_keeps_a_latched_cause_and_its_fade_with_what_was_learned(void)
 {
-    for (int k = 0; k < 1000; k++)
+    for (int k = 0; k < 100; k++)
     {
-        guard.state.cause = TRIBO_GUARD_HUNTING;
+        loop.state.guard.cause = TRIBO_GUARD_HUNTING;
         (void)loop_step(&loop, 0.5, 0.45);
     }
-    loop.state.guard_seal ^= 4u;
-    (void)loop_step(&loop, 0.5, 0.45);
-    TEST_ASSERT_TRUE(loop_step(&loop, 0.5, 0.45).feedforward == 0.0);
+    const double share = loop_share(&loop);
+    TEST_ASSERT_TRUE(share > 0.0 && share < 1.0);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, TRIBO(force_loop, start)(&loop.state, &loop.params, true));
+    TEST_ASSERT_TRUE(loop_share(&loop) == share && loop.state.guard.cause == TRIBO_GUARD_HUNTING);
+    TEST_ASSERT_TRUE(loop.state.guard.running == 0u && loop.state.guard.since == 0u);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, TRIBO(force_loop, start)(&loop.state, &loop.params, false));
+    TEST_ASSERT_TRUE(loop_share(&loop) == 1.0 && loop.state.guard.cause == TRIBO_GUARD_NONE);
+}
+
+static void test_the_first_start_of_a_zeroed_state_has_nothing_to_keep(void)
+{
+    memset(&loop.state, 0, sizeof loop.state);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, TRIBO(force_loop, start)(&loop.state, &loop.params, true));
+    TEST_ASSERT_TRUE(loop_share(&loop) == 1.0);
 }
 
 /// By how much u jumps when the params of a loop whose guard has faded friction to nothing become those of `to`.
@@ -78,7 +91,7 @@ static double jump_to(loop_t *to)
     static loop_t changed;
     for (int k = 0; k < 1000; k++)
     {
-        guard.state.cause = TRIBO_GUARD_HUNTING;
+        loop.state.guard.cause = TRIBO_GUARD_HUNTING;
         (void)loop_step(&loop, 0.5, 0.45);
     }
     loop_copy(&unchanged, &loop);
@@ -113,12 +126,12 @@ static void test_a_latched_cause_fades_friction_that_is_fed_forward(void)
         (void)loop_step(&loop, 0.3 + 1e-4 * k, 0.3 + 1e-4 * k);
     }
     TEST_ASSERT_TRUE(loop_fed_friction(&loop) > 0.0);
-    guard.state.cause = TRIBO_GUARD_OVERSHOOT;
+    loop.state.guard.cause = TRIBO_GUARD_OVERSHOOT;
     for (int k = 1000; k < 1600; k++)
     {
         (void)loop_step(&loop, 0.3 + 1e-4 * k, 0.3 + 1e-4 * k);
     }
-    TEST_ASSERT_TRUE(loop.state.fade == 0);
+    TEST_ASSERT_TRUE(loop.state.guard.fade == 0);
     TEST_ASSERT_TRUE(loop_fed_friction(&loop) == 0.0);
     for (int k = 0; k < 3000; k++) // r stands: what is fed back fades, too
     {
@@ -131,9 +144,9 @@ static void test_bad_inputs_are_not_judged(void)
 {
     (void)loop_step(&loop, 3.0, 0.5);
     (void)loop_step(&loop, 0.5, 3.0);
-    TEST_ASSERT_FALSE(guard.state.running);
+    TEST_ASSERT_FALSE(loop.state.guard.running);
     (void)loop_step(&loop, 0.5, 0.5);
-    TEST_ASSERT_TRUE(guard.state.running);
+    TEST_ASSERT_TRUE(loop.state.guard.running);
 }
 
 static void test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds(void)
@@ -141,7 +154,7 @@ static void test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds(v
     feed_forward();
     loop_detach_memory(&loop);
     (void)loop_step(&loop, 0.5, 0.5);
-    TEST_ASSERT_TRUE(guard.state.running && guard_share(&guard) == 1.0);
+    TEST_ASSERT_TRUE(loop.state.guard.running && loop_share(&loop) == 1.0);
 }
 
 /// Half of what friction was is left; with all of it, u would jump by 60 mN in the tick after the change.
@@ -152,8 +165,8 @@ static void check_fade_is_taken_over(loop_t *next)
     double u           = 0.0;
     for (int k = 0; k < 2000; k++)
     {
-        u                 = loop_step(&loop, 0.3 + 1e-4 * k, 0.3 + 1e-4 * k).u;
-        guard.state.cause = k == 1750 ? TRIBO_GUARD_HUNTING : guard.state.cause;
+        u                      = loop_step(&loop, 0.3 + 1e-4 * k, 0.3 + 1e-4 * k).u;
+        loop.state.guard.cause = k == 1750 ? TRIBO_GUARD_HUNTING : loop.state.guard.cause;
     }
     for (int k = 2000; k < 2003; k++)
     {
@@ -176,7 +189,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_latched_cause_fades_the_papers_friction);
     RUN_TEST(test_a_loop_has_all_its_friction_when_no_guard_is_attached);
-    RUN_TEST(test_a_corrupt_pointer_to_the_guard_leaves_the_fade_as_it_is);
+    RUN_TEST(test_a_restart_keeps_a_latched_cause_and_its_fade_with_what_was_learned);
+    RUN_TEST(test_the_first_start_of_a_zeroed_state_has_nothing_to_keep);
     RUN_TEST(test_u_does_not_jump_when_a_guard_is_given_up);
     RUN_TEST(test_u_does_not_jump_when_friction_that_a_guard_has_faded_changes);
     RUN_TEST(test_a_latched_cause_fades_friction_that_is_fed_forward);

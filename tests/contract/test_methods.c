@@ -181,7 +181,10 @@ static void test_loop_without_memory_is_the_controller_alone(void)
         TEST_ASSERT_TRUE(seen.feedforward == 0.0 && seen.compensator.friction.f == 0.0);
         move(&plant, seen.u);
     }
-    TEST_ASSERT_EQUAL_UINT32(1, loop_bad_inputs(&loop));
+    TEST_ASSERT_EQUAL_UINT32(1000 + 1, loop_bad_inputs(&loop)); // each tick, so that nobody runs it unknowingly
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_MEMORY, TRIBO(force_loop, start)(&loop.state, &loop.params, true));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, TRIBO(force_loop, start)(NULL, &loop.params, true));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, TRIBO(force_loop, start)(&loop.state, NULL, true));
 }
 
 static void test_loop_that_never_had_memory_hands_over_to_the_papers_method(void)

@@ -33,10 +33,9 @@ static blind_t                        x;
 
 static void reset(blind_t *b)
 {
-    TRIBO(force_loop, reset)(&b->state);
     memset(&b->memory, 0, sizeof b->memory);
-    TRIBO(feedforward, reset)(&b->memory.state);
-    TRIBO(force_loop_feedforward, attach)(&b->state, &b->memory);
+    b->state.memory = &b->memory.state.tick;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, TRIBO(force_loop, start)(&b->state, &b->params, false));
 }
 
 static tribo_status_t init(blind_t *b)
@@ -406,6 +405,18 @@ static void test_a_bad_first_reference_waits_and_a_later_one_is_the_last(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, u, tick(triangle(1500)));
 }
 
+/// Of an earlier run, whose motion ended before another method's.
+static void test_entered_from_another_method_it_knows_no_motion(void)
+{
+    TRIBO(force_loop, functions_t) functions;
+    TRIBO(sensorless, method)(&functions);
+    x.memory.motion.was_known = 1;
+    functions.enter(&x.memory, 0, false);
+    TEST_ASSERT_EQUAL_UINT8(1, x.memory.motion.was_known);
+    functions.enter(&x.memory, 0, true);
+    TEST_ASSERT_EQUAL_UINT8(0, x.memory.motion.was_known);
+}
+
 /// What is to be added for u to go on, until a good reference comes.
 static void test_entered_beside_a_bad_reference_it_adds_what_was_added(void)
 {
@@ -700,7 +711,7 @@ static void test_a_restart_leaves_nothing_behind(void)
     }
     x.memory.state.b       = TRIBO_EITHER(0.1f, 1 << 25);
     x.memory.state.limited = 1;
-    TRIBO(force_loop_feedforward, attach)(&x.state, &x.memory);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, TRIBO(force_loop, start)(&x.state, &x.params, true));
     for (int k = 0; k < 3000; k++)
     {
         TEST_ASSERT_TRUE(tick(triangle(k)) == step(&other, &other.params, triangle(k), 0.0));
@@ -770,6 +781,7 @@ int main(void)
     RUN_TEST(test_other_params_of_the_method_do_not_bump_u);
     RUN_TEST(test_a_bad_first_reference_waits_and_a_later_one_is_the_last);
     RUN_TEST(test_entered_beside_a_bad_reference_it_adds_what_was_added);
+    RUN_TEST(test_entered_from_another_method_it_knows_no_motion);
     RUN_TEST(test_u_goes_on_where_a_sensor_fails_with_a_bad_reading);
     RUN_TEST(test_a_guard_and_a_log_see_the_friction_of_the_last_tick);
     RUN_TEST(test_a_corrupt_mode_starts_again);

@@ -132,9 +132,9 @@ static void test_corrupt_pointers_in_the_state_are_counted(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&loop, &config, &feedforward));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, guard_init(&guard, (double)config.sample_time_s));
     loop_guard(&loop, &guard);
-    void *const    at[]       = {&loop.state.active, &loop.state.memory, &loop.state.guard};
-    const uint32_t expected[] = {1, 20, 20};
-    for (uint32_t i = 0; i < 3u; i++)
+    void *const    at[]       = {&loop.state.active, &loop.state.memory};
+    const uint32_t expected[] = {1, 20};
+    for (uint32_t i = 0; i < 2u; i++)
     {
         for (uint32_t bit = 0; bit < 8u * sizeof(void *); bit++)
         {
@@ -153,8 +153,6 @@ static void test_corrupt_pointers_in_the_state_are_counted(void)
             }
         }
     }
-    loop_reset(&loop);
-    (void)tick(0); // without memory, which is no upset
 }
 
 // At rest, where n[k-1] = 0 becomes the smallest number or -0.

@@ -19,8 +19,10 @@ CALLER = """#include "tribo/feedforward_f32.h"
 #include "rig_1khz_f32.h"
 int main(void)
 {
-    static tribo_force_loop_f32_state_t loop;
-    tribo_force_loop_f32_reset(&loop);
+    static tribo_feedforward_f32_memory_t memory;
+    static tribo_force_loop_f32_state_t loop = {.memory = &memory.state.tick};
+    if (tribo_force_loop_f32_start(&loop, &rig_params, false) != TRIBO_OK)
+        return 2;
     float u = 0.0f;
     for (int tick = 0; tick < 10; tick++)
     {

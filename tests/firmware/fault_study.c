@@ -102,15 +102,12 @@ typedef struct
     common_loop_config_t loop_config;
     loop_setup_t         loop;
     loop_memory_t        memory;
-#if DRIVE_FEEDFORWARD
-    loop_guard_state_t unused;
-#endif
-    drive_setup_t setup;
-    board_t       board;
-    drive_t       drive;
-    uint64_t      tick;
-    break_t       broken;
-    double        frozen_n;
+    drive_setup_t        setup;
+    board_t              board;
+    drive_t              drive;
+    uint64_t             tick;
+    break_t              broken;
+    double               frozen_n;
 } rig_t;
 
 /// In [0, 1).

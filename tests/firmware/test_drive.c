@@ -559,9 +559,9 @@ static void test_every_start_begins_with_the_loop_at_rest(void)
 
 static void test_the_loop_that_runs_is_the_librarys(void)
 {
-    loop_state_t   state;
+    loop_state_t   state = {.memory = NULL};
     loop_signals_t signals;
-    TRIBO(force_loop, reset)(&state);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, TRIBO(force_loop, start)(&state, &setup.params, false));
     drive_start(&drive);
     for (unsigned i = 0; i < 100u; i++)
     {

@@ -201,9 +201,9 @@ static bool run_f32(const scenario_t *scenario)
                  tribo_force_loop_feedforward_f32_init(&params[i], &feedforward[i], &config, &standard) == TRIBO_OK;
         }
     }
-    tribo_force_loop_f32_reset(&state);
-    tribo_feedforward_f32_reset(&memory.state);
-    tribo_force_loop_feedforward_f32_attach(&state, &memory);
+    tribo_feedforward_f32_reset(&memory.state); // of params that come later, too
+    state.memory = &memory.state.tick;
+    ok           = ok && tribo_force_loop_f32_start(&state, &params[0], false) == TRIBO_OK;
     tribo_compensator_f32_reset(&plant_state);
     tribo_biquad_f32_reset(&filter_state);
     start();
@@ -300,9 +300,9 @@ static bool run_q31(const scenario_t *scenario)
                                                              NULL) == TRIBO_OK;
         }
     }
-    tribo_force_loop_q31_reset(&state);
-    tribo_feedforward_q31_reset(&memory.state);
-    tribo_force_loop_feedforward_q31_attach(&state, &memory);
+    tribo_feedforward_q31_reset(&memory.state); // of params that come later, too
+    state.memory = &memory.state.tick;
+    ok           = ok && tribo_force_loop_q31_start(&state, &params[0], false) == TRIBO_OK;
     tribo_compensator_q31_reset(&plant_state);
     tribo_biquad_q31_reset(&filter_state);
     for (int k = 0; ok && k < TICKS; k++)

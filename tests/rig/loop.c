@@ -7,7 +7,6 @@
 static tribo_force_loop_f32_params_t  params;
 static tribo_force_loop_f32_state_t   state;
 static tribo_feedforward_f32_memory_t memory;
-static tribo_guard_f32_state_t        guard;
 
 /// Nothing learned; without compensation the controller alone.
 void loop_start(int compensated)
@@ -19,14 +18,8 @@ void loop_start(int compensated)
         params.gain   = 0.0f;
         params.guard  = NULL;
     }
-    tribo_force_loop_f32_reset(&state);
-    if (compensated)
-    {
-        tribo_feedforward_f32_reset(&memory.state);
-        tribo_force_loop_feedforward_f32_attach(&state, &memory);
-        tribo_guard_f32_reset(&guard);
-        tribo_guard_f32_attach(&state, &guard);
-    }
+    state.memory = &memory.state.tick;
+    (void)tribo_force_loop_f32_start(&state, &params, false); // its memory is there
 }
 
 /// What the drive puts out.

@@ -302,6 +302,11 @@ static void count_modules(const loop_state_t *before)
     counts_add(&modules.edge);
 }
 
+static void axis_start(loop_state_t *state, const loop_params_t *params)
+{
+    (void)TRIBO(force_loop, start)(state, params, false); // a method has its memory
+}
+
 static uint32_t hash(uint32_t so_far, tribo_force_t u)
 {
     return (so_far ^ tribo_force_word(u)) * 16777619u; // FNV-1a, by words
@@ -315,7 +320,7 @@ static void run_triangle(void)
     loop_state_t before;
     loop_state_t copy;
     plant_reset();
-    TRIBO(force_loop, reset)(&axis[0]);
+    axis_start(&axis[0], &paper);
     for (int32_t k = 0; k < TICKS; k++)
     {
         const tribo_force_t r = triangle(k);
@@ -357,7 +362,7 @@ static void run_search(void)
     loop_state_t copy;
     random_state = 0x7ab5u;
     plant_reset();
-    TRIBO(force_loop, reset)(&axis[0]);
+    axis_start(&axis[0], &paper);
     for (int32_t k = 0; k < SEARCH_TICKS; k++)
     {
         tribo_force_t u;
@@ -380,7 +385,7 @@ static void run_retuning(void)
 {
     counts_t tick = {0};
     plant_reset();
-    TRIBO(force_loop, reset)(&axis[0]);
+    axis_start(&axis[0], &paper);
     for (int32_t k = 0; k < 500; k++)
     {
         const tribo_force_t r = triangle(k);
@@ -407,7 +412,7 @@ static void run_axes(void)
         char     name[16];
         for (uint32_t i = 0; i < AXES_MAX; i++)
         {
-            TRIBO(force_loop, reset)(&axis[i]);
+            axis_start(&axis[i], &paper);
         }
         for (int32_t k = 0; k < 200; k++)
         {
@@ -462,10 +467,10 @@ static inline __attribute__((always_inline)) void note_depth(const volatile uint
 /// Bytes of stack that a tick uses below its caller, with params that change from tick to tick, or do not.
 static __attribute__((noinline)) uint32_t stack_of_ticks(const loop_params_t *even, const loop_params_t *odd)
 {
-    search_t s   = {.kind = 0};
-    random_state = 0x7ab5u;
-    TRIBO(force_loop, reset)(&axis[0]);
-    TRIBO(force_loop_feedforward, attach)(&axis[0], odd->method != NULL ? &memory : NULL);
+    search_t s     = {.kind = 0};
+    random_state   = 0x7ab5u;
+    axis[0].memory = odd->method != NULL ? &memory.state.tick : NULL;
+    axis_start(&axis[0], odd);
     plant_reset();
     volatile uint32_t *const top     = stack_pointer();
     uint32_t                 deepest = 0;
@@ -496,7 +501,7 @@ static __attribute__((noinline)) void print_stack_of_modules(void)
     } stack;
     search_t s   = {.kind = 0};
     random_state = 0x7ab5u;
-    TRIBO(force_loop, reset)(&axis[0]);
+    axis_start(&axis[0], &paper);
     plant_reset();
     volatile uint32_t *const top = stack_pointer();
     for (int32_t k = 0; k < 400; k++)
@@ -589,7 +594,7 @@ static __attribute__((noinline)) void run_table(void)
     counts_t tick   = {0};
     uint32_t hashed = 2166136261u;
     plant_reset();
-    TRIBO(force_loop, reset)(&axis[0]);
+    axis_start(&axis[0], &paper);
     for (int32_t k = 0; k < 20000; k++)
     {
         const tribo_force_t r = triangle(k);
@@ -638,9 +643,8 @@ static __attribute__((noinline)) void run_feedforward(void)
     search_t s               = {.kind = 0};
     random_state             = 0x7ab5u;
     plant_reset();
-    TRIBO(force_loop, reset)(&axis[0]);
-    TRIBO(feedforward, reset)(&memory.state);
-    TRIBO(force_loop_feedforward, attach)(&axis[0], &memory);
+    axis[0].memory = &memory.state.tick;
+    axis_start(&axis[0], &other);
     for (int32_t k = 0; k < 16000 + SEARCH_TICKS; k++)
     {
         s.r = triangle_and_stand(k);
@@ -683,9 +687,8 @@ static __attribute__((noinline)) void run_guard(void)
     random_state    = 0x6a3du;
     plant_reset();
     TRIBO(guard, reset)(&guard);
-    TRIBO(force_loop, reset)(&axis[0]);
-    TRIBO(feedforward, reset)(&memory.state);
-    TRIBO(force_loop_feedforward, attach)(&axis[0], &memory);
+    axis[0].memory = &memory.state.tick;
+    axis_start(&axis[0], &other);
     for (int32_t k = 0; k < 8000 + SEARCH_TICKS; k++)
     {
         s.r = triangle_and_stand(k);
@@ -721,7 +724,7 @@ int main(void)
     }
 #ifdef COST_TRACE // some ticks on the way up, for tools/dev/bench-target to look at the last one
     plant_reset();
-    TRIBO(force_loop, reset)(&axis[0]);
+    axis_start(&axis[0], &paper);
     for (int32_t k = 0; k < 200; k++)
     {
         plant_step(TRIBO(force_loop, step)(&paper, &axis[0], triangle(k), plant.sensor, &signals));

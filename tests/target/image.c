@@ -34,11 +34,10 @@ int main(void)
         return 1;
     }
 #endif
-    TRIBO(force_loop, reset)(&state);
 #ifdef IMAGE_FED
-    TRIBO(feedforward, reset)(&memory.state);
-    TRIBO(force_loop_feedforward, attach)(&state, &memory);
+    state.memory = &memory.state.tick;
 #endif
+    (void)TRIBO(force_loop, start)(&state, &params, false);
     for (;;)
     {
         image_u = TRIBO(force_loop, step)(&params, &state, image_r, image_y, &signals);

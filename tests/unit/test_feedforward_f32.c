@@ -213,9 +213,8 @@ static void test_a_state_that_is_no_number_starts_anew_or_heals(void)
     for (size_t at = 0; at < sizeof memory.state / sizeof(float); at++)
     {
         TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
-        tribo_force_loop_f32_reset(&running);
-        tribo_feedforward_f32_reset(&memory.state);
-        tribo_force_loop_feedforward_f32_attach(&running, &memory);
+        running.memory = &memory.state.tick;
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_start(&running, &loop, false));
         float y = 0.3f;
         for (int k = 0; k < 4000; k++)
         {

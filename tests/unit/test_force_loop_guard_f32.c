@@ -10,7 +10,6 @@
 static tribo_force_loop_f32_params_t  params;
 static tribo_force_loop_f32_state_t   loop;
 static tribo_guard_f32_params_t       guard_params;
-static tribo_guard_f32_state_t        guard;
 static tribo_force_loop_f32_signals_t signals;
 
 void setUp(void)
@@ -19,10 +18,9 @@ void setUp(void)
     const tribo_guard_f32_config_t      standard = tribo_guard_f32_default();
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&params, &config));
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_guard_f32_init(&guard_params, &standard, 1.0e-3f));
-    tribo_force_loop_f32_reset(&loop);
-    tribo_guard_f32_reset(&guard);
-    tribo_guard_f32_attach(&loop, &guard);
     params.guard = &guard_params;
+    loop.memory  = NULL;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_start(&loop, &params, false));
 }
 
 void tearDown(void)
@@ -38,9 +36,9 @@ static void test_a_corrupt_friction_is_not_judged(void)
 {
     loop.friction_n = NAN; // of a loop whose state is corrupt
     tick(0.5, 0.5);
-    TEST_ASSERT_FALSE(guard.running);
+    TEST_ASSERT_FALSE(loop.guard.running);
     tick(0.5, 0.5);
-    TEST_ASSERT_TRUE(guard.running);
+    TEST_ASSERT_TRUE(loop.guard.running);
 }
 
 /// A tick of a loop with the feed-forward, whose memory is corrupt. Returns the term of the tick before.
@@ -52,8 +50,8 @@ static float tick_corrupt(float r, float y)
     const tribo_feedforward_f32_config_t  method = tribo_feedforward_f32_default();
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&params, &feedforward, &config, &method));
     params.guard = &guard_params;
-    tribo_feedforward_f32_reset(&memory.state);
-    tribo_force_loop_feedforward_f32_attach(&loop, &memory);
+    loop.memory  = &memory.state.tick;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_start(&loop, &params, false));
     for (int k = 0; k < 100; k++)
     {
         tick(0.4 + 1e-4 * k, 0.4);
@@ -69,8 +67,8 @@ static void test_a_corrupt_memory_leaves_the_controller_alone_and_the_guard_no_f
 {
     const float term = tick_corrupt(0.5f, 0.25f);
     TEST_ASSERT_EQUAL_FLOAT(0.25f, signals.e_n);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, term, signals.friction_term_n); // u goes on
-    TEST_ASSERT_TRUE(guard.play.position_n <= guard_params.half_n); // as it judged 0
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, term, signals.friction_term_n);      // u goes on
+    TEST_ASSERT_TRUE(loop.guard.play.position_n <= guard_params.half_n); // as it judged 0
 }
 
 static void test_a_corrupt_memory_beside_a_bad_reading_gives_no_error(void)

@@ -194,30 +194,29 @@ static unsigned active_slot(const state_t *now)
     return slot;
 }
 
-/// The memory of `old` for the present loop. To attach is to begin anew, so what is attached is copied last.
-#define REMEMBER(loop, old, arithmetic, feeds_forward)                                                                 \
+/// What the loop `old` remembers, for the present one, whose start has named its memory.
+#define REMEMBER(loop, old, arithmetic)                                                                                \
     do                                                                                                                 \
     {                                                                                                                  \
-        (loop)->in_##arithmetic.state = (old)->in_##arithmetic.state;                                                  \
-        tribo_guard_##arithmetic##_attach(&(loop)->in_##arithmetic.state, &(loop)->in_##arithmetic.guard);             \
-        tribo_force_loop_feedforward_##arithmetic##_attach(&(loop)->in_##arithmetic.state,                             \
-                                                           (feeds_forward) ? &(loop)->in_##arithmetic.memory : NULL);  \
-        (loop)->in_##arithmetic.state.fade = (old)->in_##arithmetic.state.fade;                                        \
-        (loop)->in_##arithmetic.memory     = (old)->in_##arithmetic.memory;                                            \
-        (loop)->in_##arithmetic.guard      = (old)->in_##arithmetic.guard;                                             \
+        tribo_force_loop_##arithmetic##_state_t *const state = &(loop)->in_##arithmetic.state;                         \
+        tribo_force_loop_##arithmetic##_state_t        was   = (old)->in_##arithmetic.state;                           \
+                                                                                                                       \
+        was.memory                     = state->memory;                                                                \
+        was.memory_seal                = state->memory_seal;                                                           \
+        *state                         = was;                                                                          \
+        (loop)->in_##arithmetic.memory = (old)->in_##arithmetic.memory;                                                \
     } while (0)
 
 static void remember(fmu_model_t *model, const sim_loop_t *old)
 {
-    sim_loop_t *const loop          = &model->now.loop[model->now.slot];
-    const bool        feeds_forward = model->loop_config[model->now.slot].feeds_forward;
+    sim_loop_t *const loop = &model->now.loop[model->now.slot];
     if (FMU_Q31)
     {
-        REMEMBER(loop, old, q31, feeds_forward);
+        REMEMBER(loop, old, q31);
     }
     else
     {
-        REMEMBER(loop, old, f32, feeds_forward);
+        REMEMBER(loop, old, f32);
     }
 }
 

@@ -16,15 +16,11 @@ bool  motor_is_healthy(void);  // yours: current, bus voltage, temperature
 
 static tribo_force_loop_f32_state_t   loop;
 static tribo_feedforward_f32_memory_t memory;
-static tribo_guard_f32_state_t        guard;
 
 static void start(void)
 {
-    tribo_force_loop_f32_reset(&loop);
-    tribo_feedforward_f32_reset(&memory.state);
-    tribo_force_loop_feedforward_f32_attach(&loop, &memory);
-    tribo_guard_f32_reset(&guard);
-    tribo_guard_f32_attach(&loop, &guard);
+    loop.memory = &memory.state.tick;
+    (void)tribo_force_loop_f32_start(&loop, &rig_params, false);
 }
 // add]
 

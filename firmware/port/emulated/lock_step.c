@@ -118,7 +118,7 @@ static bool answer(const drive_t *drive)
     tock[TRIBO_TOCK_LIMITED_TICKS] = drive->loop.controller.limited_ticks;
     tock[TRIBO_TOCK_BAD_INPUTS]    = drive->loop.bad_inputs;
 #if DRIVE_FEEDFORWARD
-    tock[TRIBO_TOCK_GUARD] = (uint32_t)drive->guard.cause;
+    tock[TRIBO_TOCK_GUARD] = (uint32_t)drive->loop.guard.cause;
 #else
     tock[TRIBO_TOCK_GUARD] = (uint32_t)TRIBO_GUARD_NONE;
 #endif

@@ -86,7 +86,6 @@ typedef struct
     tribo_axis_f32_params_t        params;
     tribo_force_loop_f32_state_t   loop;
     tribo_feedforward_f32_memory_t memory;
-    tribo_guard_f32_state_t        guard;
     float                          excess_n;
 } tribo_axis_f32_t;
 

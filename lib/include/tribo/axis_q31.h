@@ -27,7 +27,6 @@ typedef struct
     tribo_axis_q31_params_t        params;
     tribo_force_loop_q31_state_t   loop;
     tribo_feedforward_q31_memory_t memory;
-    tribo_guard_q31_state_t        guard;
     int32_t                        excess;
 } tribo_axis_q31_t;
 

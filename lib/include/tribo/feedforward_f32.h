@@ -234,7 +234,7 @@ typedef struct
     tribo_feedforward_f32_effort_t effort;
 } tribo_feedforward_f32_motion_t;
 
-/// Memory of a feed-forward, attached to a loop.
+/// Memory of a feed-forward: `&memory.state.tick` is the memory of a loop.
 typedef struct
 {
     tribo_feedforward_f32_state_t  state;
@@ -266,7 +266,7 @@ static inline float tribo_feedforward_f32_lag_s(const tribo_feedforward_f32_conf
     return 1.0f / config->actuator_pole_rad_per_s + arm->damping / arm->stiffness;
 }
 
-/// Nothing learned; the next good tick is the first.
+/// Forgets what was learned; the next good tick is the first. A start without `keep_learned` does it, too.
 void tribo_feedforward_f32_reset(tribo_feedforward_f32_state_t *state);
 
 /// Learns from the last sample, if the tick has posted one. True if it had. In the tick's own call, or in the background of the same core;
@@ -308,10 +308,6 @@ static inline const tribo_feedforward_f32_params_t *tribo_feedforward_f32_of(
     const bool is_one = params->method != NULL && params->method->functions == tribo_feedforward_f32_method;
     return is_one ? (const tribo_feedforward_f32_params_t *)params->method : NULL; // its first member
 }
-
-/// Call after a reset of `state`: `memory` restarts with it, but keeps learned values. Reset `memory->state` once before; it must outlive `state`. Null: none.
-void tribo_force_loop_feedforward_f32_attach(tribo_force_loop_f32_state_t   *state,
-                                             tribo_feedforward_f32_memory_t *memory);
 
 // --- without a force sensor -------------------------------------------------------------------------------------------
 //

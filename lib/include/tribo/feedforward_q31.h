@@ -127,7 +127,7 @@ typedef struct
     tribo_feedforward_q31_effort_t effort;
 } tribo_feedforward_q31_motion_t;
 
-/// Memory of a feed-forward, attached to a loop.
+/// See the twin.
 typedef struct
 {
     tribo_feedforward_q31_state_t  state;
@@ -145,7 +145,7 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
                                           float                                 sample_time_s,
                                           float                                 full_scale_n);
 
-/// Nothing learned; the next good tick is the first.
+/// Forgets what was learned; the next good tick is the first. A start without `keep_learned` does it, too.
 void tribo_feedforward_q31_reset(tribo_feedforward_q31_state_t *state);
 
 /// As tribo_feedforward_f32_learn, with which it shares the learner in float32.
@@ -176,11 +176,6 @@ static inline const tribo_feedforward_q31_params_t *tribo_feedforward_q31_of(
     const bool is_one = params->method != NULL && params->method->functions == tribo_feedforward_q31_method;
     return is_one ? (const tribo_feedforward_q31_params_t *)params->method : NULL; // its first member
 }
-
-/// Call after a reset of `state`: `memory` restarts with it, but keeps learned values. Reset `memory` once before; it must
-/// outlive `state`. Null: none.
-void tribo_force_loop_feedforward_q31_attach(tribo_force_loop_q31_state_t   *state,
-                                             tribo_feedforward_q31_memory_t *memory);
 
 /// A loop with the feed-forward, as tribo_force_loop_feedforward_f32_init: `params` will point to `feedforward`. `table` and
 /// `headroom` as for tribo_force_loop_q31_init. Returns TRIBO_OK or a status of that function, then of

@@ -21,8 +21,7 @@
 /// may change the method without a jump of u.
 ///
 /// A flipped bit in RAM: a corrupt pointer in the state is not used. It is counted in `bad_inputs`. With a
-/// corrupt `active` there is no change of params. With a corrupt `memory` the controller runs alone until the method is attached
-/// again. With a corrupt `guard` the fade stays. Params are trusted: they hold factors, pointers to params of parts, and pointers
+/// corrupt `active` there is no change of params. With a corrupt `memory` the controller runs alone until the next start. Params are trusted: they hold factors, pointers to params of parts, and pointers
 /// to code (the functions of `method` and of the guard). Nothing in a tick checks them, so keep them in
 /// flash, in RAM with ECC, or under a checksum of your own.
 ///
@@ -78,7 +77,7 @@ typedef struct
     bool  has_y;      ///< false: `e_n` does not depend on y
 } tribo_force_loop_f32_tick_t;
 
-/// A method's part of a tick, called in this order. `memory` is attached to the loop and never null: a loop without it is the
+/// A method's part of a tick, called in this order. `memory` is state.memory and never null: a loop without it is the
 /// controller alone. None can fail.
 typedef struct
 {
@@ -97,6 +96,9 @@ typedef struct
 
     /// After a change of params: the next tick shall add `term_n`. `anew`: another method ran the loop before.
     void (*enter)(void *memory, float term_n, bool anew);
+
+    /// Before the first tick. Without `keep_learned` nothing is learned.
+    void (*start)(void *memory, bool keep_learned);
 } tribo_force_loop_f32_functions_t;
 
 /// A compensation method other than the paper's. The params of a method begin with this struct, and `params->method` points to
@@ -170,17 +172,18 @@ struct tribo_force_loop_f32_params
     const tribo_guard_f32_params_t      *guard;  ///< null: none. Set it after the init
 };
 
+/// All that a tick leaves to the next. Zero it, name the memory, and start it.
 typedef struct
 {
-    const tribo_force_loop_f32_params_t *active;      ///< params of the last tick; null after a reset
-    uintptr_t                            active_seal; ///< ~active; otherwise `active` is corrupt and not used
-    void                                *memory;      ///< of a method; null: none
-    uintptr_t                            memory_seal; ///< ~memory, likewise
-    tribo_guard_f32_state_t             *guard;       ///< null: none
-    uintptr_t                            guard_seal;  ///< ~guard, likewise
-    float                                fade;        ///< the guard's factor on friction, 0 to 1
+    /// Of the method that the params name, e.g. `&memory.state.tick` of a tribo_feedforward_f32_memory_t; null: no method. Of one loop
+    /// alone, and it must outlive the loop. tribo_force_loop_f32_start leaves it as it is.
+    tribo_force_loop_f32_tick_t         *memory;
+    uintptr_t                            memory_seal; ///< ~memory; otherwise `memory` is corrupt and not used
+    const tribo_force_loop_f32_params_t *active;      ///< params of the last tick; null after a start
+    uintptr_t                            active_seal; ///< ~active, likewise
+    tribo_guard_f32_state_t              guard;       ///< of a guard that the params name
     float                                friction_n;  ///< f^ of the last tick
-    uint32_t                      bad_inputs; ///< bad r or y, corrupt pointers above, since reset; stops at UINT32_MAX
+    uint32_t bad_inputs; ///< bad r or y, corrupt pointers above, ticks of a method without memory; stops at UINT32_MAX
     tribo_controller_f32_state_t  controller; ///< with limited_ticks
     tribo_compensator_f32_state_t compensator;
 } tribo_force_loop_f32_state_t;
@@ -216,9 +219,13 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
 /// no list: then its text and the config's member say it. It sets up again, once an element.
 tribo_refusal_t tribo_force_loop_f32_refusal(tribo_status_t status, const tribo_force_loop_f32_config_t *config);
 
-/// All states at rest at F = 0, counters 0, neither memory nor guard attached.
-/// Call it before the first tick: a zeroed state is not at rest (the relays would switch).
-void tribo_force_loop_f32_reset(tribo_force_loop_f32_state_t *state);
+/// The loop at rest at F = 0, counters 0; the second call of two. `keep_learned` keeps what an earlier run has learned, and what the guard has
+/// latched and faded; the first start of a zeroed state has nothing to keep. Returns TRIBO_OK, TRIBO_ERR_NULL, or TRIBO_ERR_MEMORY where
+/// the params name a method and state.memory is null: such a loop would be the controller alone, and count each tick as a bad input.
+/// Not for the tick.
+tribo_status_t tribo_force_loop_f32_start(tribo_force_loop_f32_state_t        *state,
+                                          const tribo_force_loop_f32_params_t *params,
+                                          bool                                 keep_learned);
 
 /// One tick: reference `r_n` and measured end-point force `y_n` in N give the manipulated input u in N. Cannot fail.
 /// `signals` is written whole; it may be null.
@@ -273,10 +280,6 @@ float tribo_guard_f32_step(const tribo_guard_f32_params_t *params,
                            float                           y_n,
                            float                           f_n,
                            bool                            good);
-
-/// Call after a reset of the loop: `guard` watches it and keeps its history and fade. It must outlive `loop`. Null: none. With
-/// params whose guard is null nothing is watched or faded.
-void tribo_guard_f32_attach(tribo_force_loop_f32_state_t *loop, tribo_guard_f32_state_t *guard);
 
 #ifdef __cplusplus
 }

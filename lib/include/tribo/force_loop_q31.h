@@ -64,6 +64,7 @@ typedef struct
                   int32_t                              u,
                   tribo_force_loop_q31_signals_t      *signals);
     void (*enter)(void *memory, int32_t term, bool anew);
+    void (*start)(void *memory, bool keep_learned);
 } tribo_force_loop_q31_functions_t;
 
 /// A compensation method: as tribo_force_loop_f32_method_t.
@@ -120,20 +121,19 @@ struct tribo_force_loop_q31_params
     const tribo_guard_q31_params_t      *guard;  ///< null: none. Set it after the init
 };
 
+/// As tribo_force_loop_f32_state_t.
 typedef struct
 {
-    const tribo_force_loop_q31_params_t *active;      ///< params of the last tick; null after a reset
-    uintptr_t                            active_seal; ///< ~active; otherwise `active` is corrupt and not used
-    void                                *memory;      ///< of a method; null: none
-    uintptr_t                            memory_seal; ///< ~memory, likewise
-    tribo_guard_q31_state_t             *guard;       ///< null: none
-    uintptr_t                            guard_seal;  ///< ~guard, likewise
-    uint32_t                             fade;        ///< the guard's factor on friction, Q32
-    int32_t                              friction;    ///< f^ of the last tick, Q31
-    uint32_t                      bad_inputs; ///< bad r or y, corrupt pointers above, since reset; stops at UINT32_MAX
-    uint32_t                      saturated;  ///< errors and friction terms clamped; stops at UINT32_MAX
-    tribo_controller_q31_state_t  controller; ///< with limited_ticks
-    tribo_compensator_q31_state_t compensator;
+    tribo_force_loop_q31_tick_t         *memory;
+    uintptr_t                            memory_seal;
+    const tribo_force_loop_q31_params_t *active;
+    uintptr_t                            active_seal;
+    tribo_guard_q31_state_t              guard;
+    int32_t                              friction; ///< f^ of the last tick, Q31
+    uint32_t                             bad_inputs;
+    uint32_t                             saturated;  ///< errors and friction terms clamped; stops at UINT32_MAX
+    tribo_controller_q31_state_t         controller; ///< with limited_ticks
+    tribo_compensator_q31_state_t        compensator;
 } tribo_force_loop_q31_state_t;
 
 /// Makes `params` of a loop: `table` as for the friction, `headroom` (may be null) as for the controller. Returns TRIBO_OK,
@@ -150,9 +150,10 @@ tribo_refusal_t tribo_force_loop_q31_refusal(tribo_status_t                     
                                              const tribo_force_loop_f32_config_t *config,
                                              float                                full_scale_n);
 
-/// All states at rest at F = 0, counters 0, neither memory nor guard attached.
-/// Call it before the first tick: a zeroed state is not at rest (the relays would switch).
-void tribo_force_loop_q31_reset(tribo_force_loop_q31_state_t *state);
+/// As tribo_force_loop_f32_start.
+tribo_status_t tribo_force_loop_q31_start(tribo_force_loop_q31_state_t        *state,
+                                          const tribo_force_loop_q31_params_t *params,
+                                          bool                                 keep_learned);
 
 /// One tick: reference `r` and measured end-point force `y` give the manipulated input u, all Q31. Cannot fail.
 /// `signals` is written whole; it may be null.
@@ -202,9 +203,6 @@ uint32_t tribo_guard_q31_step(const tribo_guard_q31_params_t *params,
                               int32_t                         y,
                               int32_t                         f,
                               bool                            good);
-
-/// As tribo_guard_f32_attach.
-void tribo_guard_q31_attach(tribo_force_loop_q31_state_t *loop, tribo_guard_q31_state_t *guard);
 
 #ifdef __cplusplus
 }

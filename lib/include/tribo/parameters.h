@@ -143,7 +143,8 @@ extern "C" {
     REFUSAL(JOINT_TRAVEL, "", "joint travel: 1e-9 to 1e6; q31: 1 to 1e4 counts") \
     REFUSAL(JOINT_BREAKAWAY, "", "joint breakaway: 0 to effort_max") \
     REFUSAL(JOINT_POLE, "", "joint actuator_pole_rad_per_s: 1e-3 to 1e6 rad/s, or 0") \
-    REFUSAL(JOINT_GAIN, "", "joint gain: 0 to 1, of the learned friction")
+    REFUSAL(JOINT_GAIN, "", "joint gain: 0 to 1, of the learned friction") \
+    REFUSAL(MEMORY, "", "state.memory: null, but the params name a method; the memory of that method, before the start")
 
 /// All rows.
 #define TRIBO_PARAMETERS(ROW) \

@@ -56,11 +56,8 @@ static tribo_status_t start(axis_t *axis, const tribo_axis_f32_config_t *config,
     {
         axis->active     = &axis->params;
         axis->OF(excess) = 0;
-        NAME(guard, reset)(&axis->guard);
-        NAME(force_loop, reset)(&axis->loop);
-        NAME(feedforward, reset)(&axis->memory.state);
-        NAME(force_loop_feedforward, attach)(&axis->loop, &axis->memory);
-        NAME(guard, attach)(&axis->loop, &axis->guard);
+        axis->loop       = (NAME(force_loop, state_t)){.memory = &axis->memory.state.tick};
+        (void)NAME(force_loop, start)(&axis->loop, &axis->params.loop, false); // its memory is there
     }
     return status;
 }
@@ -117,12 +114,12 @@ void axis_report(const axis_t *axis, tribo_axis_report_t *report)
     report->limited_ticks = axis->loop.controller.limited_ticks;
     report->forgotten     = learned.forgotten;
     report->late          = learned.late;
-    tribo_axis_report_warn(report, &learned, axis->guard.cause);
+    tribo_axis_report_warn(report, &learned, axis->loop.guard.cause);
 }
 
 void axis_restore(axis_t *axis)
 {
-    NAME(guard, restore)(&axis->guard);
+    NAME(guard, restore)(&axis->loop.guard);
     NAME(feedforward, restore)(&axis->memory.state);
 }
 

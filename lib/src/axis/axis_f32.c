@@ -39,7 +39,7 @@ static void axis_learn_at_once(tribo_axis_f32_t *axis)
 
 static float axis_share(const tribo_axis_f32_t *axis)
 {
-    return axis->loop.fade;
+    return axis->loop.guard.fade;
 }
 
 #include "axis.h"

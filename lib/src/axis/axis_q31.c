@@ -44,7 +44,7 @@ static void axis_learn_at_once(tribo_axis_q31_t *axis)
 
 static float axis_share(const tribo_axis_q31_t *axis)
 {
-    return (float)axis->loop.fade * (0.5f * PART_UNIT);
+    return (float)axis->loop.guard.fade * (0.5f * PART_UNIT);
 }
 
 #include "axis.h"

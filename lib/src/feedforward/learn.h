@@ -48,18 +48,6 @@ void FEED(reset)(state_t *state)
     tribo_learner_forget(&state->learner);
 }
 
-void LOOP_FEED(attach)(LOOP(state_t) * state, memory_t *memory)
-{
-    state->memory      = memory;
-    state->memory_seal = ~(uintptr_t)memory;
-    if (memory != NULL)
-    {
-        memory->state.mode = TRIBO_FEEDFORWARD_RESTART;
-        memory->state.tick = (LOOP(tick_t)){.has_e = false};
-        memory->motion     = (FEED(motion_t)){.sign = 0};
-    }
-}
-
 tribo_feedforward_learned_t FEED(learned)(const loop_params_t *params,
                                           const state_t       *state,
                                           uint32_t             direction,

@@ -1,11 +1,10 @@
 // What the feed-forward with and without a force sensor share: following the reference, and the model of the path. One text for both
 // arithmetics, after words_f32.h or words_q31.h. docs/feedforward.md has the symbols. Not synchronized: one state, one tick.
 
-#define FEED(name)      NAME(feedforward, name)
-#define LOOP(name)      NAME(force_loop, name)
-#define LOOP_FEED(name) NAME(force_loop_feedforward, name)
-#define JOINT(name)     NAME(sensorless, name)
-#define ESTIMATE(name)  NAME(force_estimate, name)
+#define FEED(name)     NAME(feedforward, name)
+#define LOOP(name)     NAME(force_loop, name)
+#define JOINT(name)    NAME(sensorless, name)
+#define ESTIMATE(name) NAME(force_estimate, name)
 
 typedef FEED(params_t) params_t;
 typedef FEED(state_t) state_t;
@@ -165,6 +164,19 @@ static inline void enter_at(state_t *x, force_t term, bool anew)
     x->rule            = goes_on ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
     x->tick.OF(term)   = is_credible(term, CREDIBLE_N) ? term : 0;
     x->tick.has_e      = goes_on;
+}
+
+/// Before the first tick of a run.
+static inline void method_start(void *memory, bool keep_learned)
+{
+    memory_t *const of = (memory_t *)memory;
+    if (!keep_learned)
+    {
+        FEED(reset)(&of->state);
+    }
+    of->state.mode = TRIBO_FEEDFORWARD_RESTART;
+    of->state.tick = (LOOP(tick_t)){.has_e = false};
+    of->motion     = (FEED(motion_t)){.sign = 0};
 }
 
 /// The mean second difference of `now` and the two values before it. Each tick counts at most four times the mean, so that reversals and

@@ -262,6 +262,10 @@ static void method_enter(void *memory, force_t term, bool anew)
 {
     state_t *const x = &((memory_t *)memory)->state;
     enter_at(x, term, anew);
+    if (anew)
+    {
+        ((memory_t *)memory)->motion = (motion_t){.sign = 0}; // of an earlier run
+    }
     if (!is_running(x))
     {
         x->rule = TRIBO_FEEDFORWARD_CONTINUE;
@@ -276,6 +280,7 @@ void JOINT(method)(LOOP(functions_t) * functions)
     functions->term  = method_term;
     functions->after = method_after;
     functions->enter = method_enter;
+    functions->start = method_start;
 }
 
 // --- F from u alone ---------------------------------------------------------------------------------------------------

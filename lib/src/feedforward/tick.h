@@ -427,6 +427,7 @@ void FEED(method)(LOOP(functions_t) * functions)
     functions->term  = method_term;
     functions->after = method_after;
     functions->enter = method_enter;
+    functions->start = method_start;
 }
 
 void FEED(set_method)(params_t *params)

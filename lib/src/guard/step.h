@@ -2,7 +2,6 @@
 
 #define guard_reset   NAME(guard, reset)
 #define guard_restore NAME(guard, restore)
-#define guard_attach  NAME(guard, attach)
 #define guard_step    NAME(guard, step)
 
 void guard_reset(guard_state_t *state)
@@ -17,13 +16,6 @@ void guard_restore(guard_state_t *state)
     state->strays  = 0;
     state->running = 0;
     guard_begin(state);
-}
-
-void guard_attach(NAME(force_loop, state_t) * loop, guard_state_t *guard)
-{
-    loop->guard      = guard;
-    loop->guard_seal = ~(uintptr_t)guard;
-    loop->fade       = guard != NULL ? guard->fade : ALL;
 }
 
 fade_t guard_step(const guard_params_t *params, guard_state_t *state, force_t r, force_t y, force_t f, bool good)

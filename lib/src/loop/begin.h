@@ -27,17 +27,8 @@ static force_t guarded_friction(const loop_params_t *params,
     {
         judged = tick->OF(friction);
     }
-    if (!loop_sealed(state->guard, state->guard_seal))
-    {
-        count_one(&state->bad_inputs); // the fade stays
-        return f;
-    }
-    state->fade = ALL;
-    if (state->guard != NULL)
-    {
-        const bool good = !loop_input_is_bad(params, r, y);
-        state->fade     = params->guard->step(params->guard, state->guard, r, y, judged, good);
-    }
+    const bool good = !loop_input_is_bad(params, r, y);
+    (void)params->guard->step(params->guard, &state->guard, r, y, judged, good);
     return f;
 }
 
@@ -52,10 +43,7 @@ static force_t method_error(const loop_params_t *params,
 {
     if (memory == NULL)
     {
-        if (!loop_sealed(state->memory, state->memory_seal))
-        {
-            count_one(&state->bad_inputs);
-        }
+        count_one(&state->bad_inputs);
         return e;
     }
     params->method->functions(functions);

@@ -32,7 +32,7 @@ static inline void *loop_memory(const loop_state_t *state)
 /// The guard's factor on friction.
 static inline fade_t loop_fade(const loop_params_t *params, const loop_state_t *state)
 {
-    return params->guard != NULL ? state->fade : ALL;
+    return params->guard != NULL ? state->guard.fade : ALL;
 }
 
 /// f^ of the last tick, faded by a guard.

@@ -2,21 +2,41 @@
 
 #include "begin.h"
 
-#define loop_reset NAME(force_loop, reset)
+#define loop_start NAME(force_loop, start)
 #define loop_step  NAME(force_loop, step)
 
-void loop_reset(loop_state_t *state)
+tribo_status_t loop_start(loop_state_t *state, const loop_params_t *params, bool keep_learned)
 {
+    if (state == NULL || params == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    const bool was_started           = state->active_seal != 0u;
+    const NAME(guard, state_t) guard = state->guard;
+    state->guard                     = (NAME(guard, state_t)){.fade = ALL};
+    if (keep_learned && was_started)
+    {
+        state->guard.cause = guard.cause;
+        state->guard.fade  = guard.fade;
+    }
     loop_activate(state, NULL);
-    state->memory       = NULL;
-    state->memory_seal  = ~(uintptr_t)NULL;
-    state->guard        = NULL;
-    state->guard_seal   = ~(uintptr_t)NULL;
-    state->fade         = ALL;
+    state->memory_seal  = ~(uintptr_t)state->memory;
     state->OF(friction) = 0;
     loop_reset_counters(state);
     NAME(controller, reset)(&state->controller);
     NAME(compensator, reset)(&state->compensator);
+    if (params->method == NULL)
+    {
+        return TRIBO_OK;
+    }
+    if (state->memory == NULL)
+    {
+        return TRIBO_ERR_MEMORY;
+    }
+    loop_functions_t functions;
+    params->method->functions(&functions);
+    functions.start(state->memory, keep_learned);
+    return TRIBO_OK;
 }
 
 force_t loop_step(const loop_params_t *params, loop_state_t *state, force_t r, force_t y, loop_signals_t *signals)

@@ -8,7 +8,6 @@ typedef struct
 {
     tribo_force_loop_f32_state_t   state;
     tribo_feedforward_f32_memory_t memory;
-    tribo_guard_f32_state_t        guard;
 } force_loop_t;
 
 _Static_assert(sizeof(force_loop_t) <= FORCE_LOOP_BYTES, "ForceLoop in src/lib.rs is too small");
@@ -22,19 +21,14 @@ int   tribo_sys_loop_guard(const force_loop_t *loop);
 
 void tribo_sys_loop_start(force_loop_t *loop)
 {
-    tribo_force_loop_f32_reset(&loop->state);
-    tribo_feedforward_f32_reset(&loop->memory.state);
-    tribo_force_loop_feedforward_f32_attach(&loop->state, &loop->memory);
-    tribo_guard_f32_reset(&loop->guard);
-    tribo_guard_f32_attach(&loop->state, &loop->guard);
+    loop->state.memory = &loop->memory.state.tick;
+    (void)tribo_force_loop_f32_start(&loop->state, &rig_params, false); // its memory is there
 }
 
 float tribo_sys_loop_step(force_loop_t *loop, float r, float y)
 {
-    loop->state.memory      = &loop->memory;
+    loop->state.memory      = &loop->memory.state.tick;
     loop->state.memory_seal = ~(uintptr_t)loop->state.memory;
-    loop->state.guard       = &loop->guard;
-    loop->state.guard_seal  = ~(uintptr_t)loop->state.guard;
     const float u           = tribo_force_loop_f32_step(&rig_params, &loop->state, r, y, NULL);
     tribo_feedforward_f32_learn(&rig_params, &loop->memory);
     return u;
@@ -42,5 +36,5 @@ float tribo_sys_loop_step(force_loop_t *loop, float r, float y)
 
 int tribo_sys_loop_guard(const force_loop_t *loop)
 {
-    return (int)loop->guard.cause;
+    return (int)loop->state.guard.cause;
 }
