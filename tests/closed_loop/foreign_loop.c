@@ -122,7 +122,7 @@ bool foreign_loop_says(const foreign_loop_t *loop, const foreign_state_t *before
 {
     const foreign_state_t             *now     = &loop->state;
     const tribo_feedforward_learner_t *learner = &now->memory.state.learner;
-    return now->guard.cause != TRIBO_GUARD_NONE || learner->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS ||
+    return now->state.guard.cause != TRIBO_GUARD_NONE || learner->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS ||
            learner->harms != 0u || now->state.bad_inputs != before->state.bad_inputs ||
            now->memory.state.forgotten != before->memory.state.forgotten ||
            learner->forgotten != before->memory.state.learner.forgotten;

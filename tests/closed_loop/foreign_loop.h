@@ -36,7 +36,6 @@ typedef struct
 {
     TRIBO(force_loop, state_t) state;
     TRIBO(feedforward, memory_t) memory;
-    TRIBO(guard, state_t) guard;
 } foreign_state_t;
 
 typedef struct
