@@ -36,7 +36,6 @@ REASONS = [
     ("examples/.*", r"\./(force|joint).py", HARDWARE + "; tests/examples plays it on stand-ins"),
     ("docs/your-rig.md", "", ELSEWHERE + "tests/rig"),
     ("research/reproduction.md", "", "written by research/reproduce, which plays them"),
-    ("tests/mutation/README.md", "", "hours; by hand"),
     (".*", r"(\S*/python )?(tools/dev/bench|research/findings|research/reproduce|tools/dev/reference|tests/\w+/study|tests/\w+/foreign_study|tests/\w+/second_solver)",
      "a study: minutes to hours, by hand"),
     (".*", "build/host-release/tests/", "a study: minutes to hours, by hand"),

@@ -6,6 +6,7 @@ from tribo_plot.version import add_option
 
 from . import tuning
 from .errors import InputError, check_number, run_command
+from .fields import FIELDS
 
 
 def main(argv=None):
@@ -17,7 +18,8 @@ def _parser():
     add_option(parser, "tribo-design")
     commands = parser.add_subparsers(dest="command", required=True)
 
-    command = _add(commands, "synthesize", "weights + plant -> K(s) -> reduced -> discrete -> sections -> f32 -> Q31")
+    command = _add(commands, "synthesize", "weights + plant -> K(s) -> reduced -> discrete -> sections -> f32 -> Q31", epilog="DESIGN.yaml: " + FIELDS.replace("%", "%%"),
+                   formatter_class=argparse.RawDescriptionHelpFormatter)
     command.add_argument("design", metavar="DESIGN.yaml", help="plant, weights, sample time and limits")
     command.add_argument("--out", required=True, metavar="DIR", help="directory for the C, JSON and reports; replaced when it is an earlier output")
     command.add_argument("--no-plots", action="store_true", help="reports without plots (faster)")
@@ -72,8 +74,8 @@ def add_columns(command):
     command.add_argument("--gap", metavar="S", help="with --resample: a longer gap splits the log")
 
 
-def _add(commands, name, text):
-    return commands.add_parser(name, help=text.replace("%", "%%"), description=text)
+def _add(commands, name, text, **more):
+    return commands.add_parser(name, help=text.replace("%", "%%"), description=text, **more)
 
 
 def _run(argv):
