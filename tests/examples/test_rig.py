@@ -21,6 +21,14 @@ def test_headers_are_current(header):
     assert sim("params", RIG / f"{scenario}.yaml", "--name", "rig", "--arith", arithmetic) == header.read_text()
 
 
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_the_stm32f405s_rig_is_the_same_loop(arithmetic):
+    """tests/firmware/test_convert.c has it by the examples' headers; only the heads, with names of files, differ."""
+    board = RIG.parents[1] / "firmware" / "port" / "stm32f405" / "rig.yaml"
+    one, other = (sim("params", path, "--name", "rig", "--arith", arithmetic).partition("#ifndef") for path in (board, RIG / "rig_1khz.yaml"))
+    assert one[1:] == other[1:] and len(one[2]) > 1000
+
+
 @pytest.mark.parametrize("scenario", sorted(RIG.glob("*.yaml")), ids=lambda path: path.stem)
 def test_rigs_compensate(scenario):
     fed = json.loads(sim("run", scenario, "--json"))

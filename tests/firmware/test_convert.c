@@ -6,9 +6,9 @@
 #include "port/stm32f405/convert.h"
 #include "port/stm32f405/rig_config.h"
 #ifdef TRIBO_ARITHMETIC_Q31
-#include "port/stm32f405/rig_q31.h"
+#include "../../examples/rig/rig_1khz_q31.h" // rig.yaml of this board: tests/examples/test_rig.py
 #else
-#include "port/stm32f405/rig_f32.h"
+#include "../../examples/rig/rig_1khz_f32.h"
 #endif
 
 #include "unity.h"

@@ -92,33 +92,14 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
+// clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t,
-                     distance,
-                     "distance_deg",
-                     "deg",
-                     1e-6,
-                     10.0,
-                     0.003,
-                     "e: path over which the peak is forgotten"),
-    SIM_TRUTH_NUMBER(parameters_t,
-                     fast_ratio,
-                     "fast_ratio",
-                     "-",
-                     0.01,
-                     0.9,
-                     0.3,
-                     "h: distance of the rise over that of the fall"),
-    SIM_TRUTH_NUMBER(parameters_t,
-                     slow_share,
-                     "slow_share",
-                     "-",
-                     0.0,
-                     0.9,
-                     0.2,
-                     "r: 0 is no peak; friction of sliding falls to (1 - r) over the peak"),
+    SIM_TRUTH_NUMBER(parameters_t, distance, "distance_deg", "deg", 1e-6, 10.0, 0.003, "e: path over which the peak is forgotten"),
+    SIM_TRUTH_NUMBER(parameters_t, fast_ratio, "fast_ratio", "-", 0.01, 0.9, 0.3, "h: distance of the rise over that of the fall"),
+    SIM_TRUTH_NUMBER(parameters_t, slow_share, "slow_share", "-", 0.0, 0.9, 0.2, "r: 0 is no peak; friction of sliding falls to (1 - r) over the peak"),
     SIM_TRUTH_END,
 };
+// clang-format on
 
 const sim_truth_ops_t sim_bliman_sorine_truth = {.name    = "bliman_sorine",
                                                  .create  = create,

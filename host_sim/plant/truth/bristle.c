@@ -157,20 +157,15 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
+// clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, deflection, "deflection_deg", "deg", 1e-7, 1.0, 1.2e-3, "d: at which a bond snaps"),
-    SIM_TRUTH_NUMBER(parameters_t,
-                     sliding_ratio,
-                     "sliding_ratio",
-                     "-",
-                     0.1,
-                     1.0,
-                     0.85,
-                     "r: mean friction along a path over L"),
+    SIM_TRUTH_NUMBER(parameters_t, sliding_ratio, "sliding_ratio", "-", 0.1, 1.0, 0.85, "r: mean friction along a path over L"),
     SIM_TRUTH_NUMBER(parameters_t, damping, "damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, of the bonds"),
     SIM_TRUTH_WHOLE(parameters_t, seed, "seed", 0.0, 18446744073709551615.0, 1.0, "of the random places"),
     SIM_TRUTH_END,
 };
+// clang-format on
 
 const sim_truth_ops_t sim_bristle_truth = {.name    = "bristle",
                                            .create  = create,

@@ -106,21 +106,16 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
+// clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "s0: of the bristles"),
     SIM_TRUTH_NUMBER(parameters_t, s1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1: of the bristles"),
     SIM_TRUTH_NUMBER(parameters_t, s2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, added to the arm's own"),
-    SIM_TRUTH_NUMBER(parameters_t,
-                     elastic_ratio,
-                     "elastic_ratio",
-                     "-",
-                     0.0,
-                     0.99,
-                     0.85,
-                     "e: below this part of breakaway presliding is elastic"),
+    SIM_TRUTH_NUMBER(parameters_t, elastic_ratio, "elastic_ratio", "-", 0.0, 0.99, 0.85, "e: below this part of breakaway presliding is elastic"),
     SIM_STRIBECK_KEYS(parameters_t),
     SIM_TRUTH_END,
 };
+// clang-format on
 
 const sim_truth_ops_t sim_elasto_plastic_truth = {.name    = "elasto_plastic",
                                                   .create  = create,

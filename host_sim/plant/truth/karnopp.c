@@ -118,25 +118,13 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
+// clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t,
-                     dead_zone,
-                     "dead_zone_deg_per_s",
-                     "deg/s",
-                     1e-6,
-                     1.0,
-                     2e-4,
-                     "speeds below it count as rest"),
-    SIM_TRUTH_NUMBER(parameters_t,
-                     sliding_ratio,
-                     "sliding_ratio",
-                     "-",
-                     0.1,
-                     1.0,
-                     1.0,
-                     "friction of sliding over breakaway"),
+    SIM_TRUTH_NUMBER(parameters_t, dead_zone, "dead_zone_deg_per_s", "deg/s", 1e-6, 1.0, 2e-4, "speeds below it count as rest"),
+    SIM_TRUTH_NUMBER(parameters_t, sliding_ratio, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
     SIM_TRUTH_END,
 };
+// clang-format on
 
 const sim_truth_ops_t sim_karnopp_truth = {.name    = "karnopp",
                                            .create  = create,

@@ -151,35 +151,16 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
+// clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t,
-                     distance,
-                     "distance_deg",
-                     "deg",
-                     1e-7,
-                     1.0,
-                     8e-4,
-                     "path over which the stiffness at rest would reach breakaway"),
-    SIM_TRUTH_NUMBER(parameters_t,
-                     damping,
-                     "bristle_damping_N_s_per_deg",
-                     "N s/deg",
-                     0.0,
-                     1e3,
-                     0.3,
-                     "s1: of the bristles"),
-    SIM_TRUTH_NUMBER(parameters_t,
-                     viscous,
-                     "viscous_N_s_per_deg",
-                     "N s/deg",
-                     0.0,
-                     10.0,
-                     0.0,
-                     "s2, added to the arm's own"),
+    SIM_TRUTH_NUMBER(parameters_t, distance, "distance_deg", "deg", 1e-7, 1.0, 8e-4, "path over which the stiffness at rest would reach breakaway"),
+    SIM_TRUTH_NUMBER(parameters_t, damping, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1: of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t, viscous, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, added to the arm's own"),
     SIM_TRUTH_NUMBER(parameters_t, exponent, "exponent", "-", 1.0, 20.0, 2.0, "n: how sharply sliding begins"),
     SIM_STRIBECK_KEYS(parameters_t),
     SIM_TRUTH_END,
 };
+// clang-format on
 
 const sim_truth_ops_t sim_leuven_truth = {.name    = "leuven",
                                           .create  = create,

@@ -158,42 +158,16 @@ static void *create(const sim_truth_config_t *config, double step_s)
     return sim_arm_create(&law, config, step_s);
 }
 
+// clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t,
-                     distance,
-                     "distance_deg",
-                     "deg",
-                     1e-7,
-                     1.0,
-                     8e-4,
-                     "d: path over which the asperities shear"),
-    SIM_TRUTH_NUMBER(parameters_t,
-                     film,
-                     "film_N_s_per_deg",
-                     "N s/deg",
-                     1e-4,
-                     100.0,
-                     0.2,
-                     "c: load that the film carries, for its speed"),
-    SIM_TRUTH_NUMBER(parameters_t,
-                     contact,
-                     "contact_N",
-                     "N",
-                     0.1,
-                     1e4,
-                     20.0,
-                     "k: load of the asperities for their compression"),
-    SIM_TRUTH_NUMBER(parameters_t,
-                     transition,
-                     "transition",
-                     "-",
-                     0.1,
-                     0.95,
-                     0.7,
-                     "et: eccentricity at which asperities touch"),
+    SIM_TRUTH_NUMBER(parameters_t, distance, "distance_deg", "deg", 1e-7, 1.0, 8e-4, "d: path over which the asperities shear"),
+    SIM_TRUTH_NUMBER(parameters_t, film, "film_N_s_per_deg", "N s/deg", 1e-4, 100.0, 0.2, "c: load that the film carries, for its speed"),
+    SIM_TRUTH_NUMBER(parameters_t, contact, "contact_N", "N", 0.1, 1e4, 20.0, "k: load of the asperities for their compression"),
+    SIM_TRUTH_NUMBER(parameters_t, transition, "transition", "-", 0.1, 0.95, 0.7, "et: eccentricity at which asperities touch"),
     SIM_TRUTH_NUMBER(parameters_t, viscous, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.01, "cv: shear of the film"),
     SIM_TRUTH_END,
 };
+// clang-format on
 
 const sim_truth_ops_t sim_lubricated_truth = {.name    = "lubricated",
                                               .create  = create,

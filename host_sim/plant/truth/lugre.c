@@ -105,39 +105,17 @@ static void *create(const sim_truth_config_t *config, double step_s)
 
 static const char *const no_or_yes[] = {"no", "yes", NULL};
 
+// clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1e-4, 1e7, 1e5, "s0: of the bristles"),
-    SIM_TRUTH_NUMBER(parameters_t,
-                     s1,
-                     "bristle_damping_N_s_per_deg",
-                     "N s/deg",
-                     0.0,
-                     1e4,
-                     316.22776601683796,
-                     "s1: of the bristles"),
-    SIM_TRUTH_NUMBER(parameters_t,
-                     s2,
-                     "viscous_N_s_per_deg",
-                     "N s/deg",
-                     0.0,
-                     10.0,
-                     0.4,
-                     "s2: of sliding, added to the arm's own"),
+    SIM_TRUTH_NUMBER(parameters_t, s1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e4, 316.22776601683796, "s1: of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t, s2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.4, "s2: of sliding, added to the arm's own"),
     SIM_STRIBECK_KEYS(parameters_t),
-    SIM_TRUTH_CHOICE(parameters_t,
-                     limited,
-                     "limited",
-                     no_or_yes,
-                     1,
-                     "whether f ends at L: yes as in the paper, no as first published"),
-    SIM_TRUTH_CHOICE(parameters_t,
-                     stiffens,
-                     "stiffens",
-                     no_or_yes,
-                     0,
-                     "whether s0 grows with L, and s1 with its root: they are then those of L = 1 N"),
+    SIM_TRUTH_CHOICE(parameters_t, limited, "limited", no_or_yes, 1, "whether f ends at L: yes as in the paper, no as first published"),
+    SIM_TRUTH_CHOICE(parameters_t, stiffens, "stiffens", no_or_yes, 0, "whether s0 grows with L, and s1 with its root: they are then those of L = 1 N"),
     SIM_TRUTH_END,
 };
+// clang-format on
 
 const sim_truth_ops_t sim_lugre_truth = {.name    = "lugre",
                                          .create  = create,

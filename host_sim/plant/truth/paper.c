@@ -376,21 +376,13 @@ static const char *const curves[]    = {[SIM_PAPER_CURVE_NEVER]  = "never",
                                         NULL};
 static const char *const no_or_yes[] = {"no", "yes", NULL};
 
+// clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_CHOICE(sim_paper_parameters_t,
-                     limited,
-                     "limited",
-                     no_or_yes,
-                     1,
-                     "whether f ends at L; no: step 1 of section 3"),
-    SIM_TRUTH_CHOICE(sim_paper_parameters_t,
-                     curve,
-                     "curve",
-                     curves,
-                     SIM_PAPER_CURVE_RELAYS,
-                     "when the gradual curve holds: relays is Eq. (8), rising is v > 0"),
+    SIM_TRUTH_CHOICE(sim_paper_parameters_t, limited, "limited", no_or_yes, 1, "whether f ends at L; no: step 1 of section 3"),
+    SIM_TRUTH_CHOICE(sim_paper_parameters_t, curve, "curve", curves, SIM_PAPER_CURVE_RELAYS, "when the gradual curve holds: relays is Eq. (8), rising is v > 0"),
     SIM_TRUTH_END,
 };
+// clang-format on
 
 const sim_truth_ops_t sim_paper_truth =
     {.name = "paper", .create = create, .step = step, .destroy = destroy, .parts = parts_of, .keys = keys, .law = &law};
