@@ -20,6 +20,20 @@ double sim_arm_step(void *model, double u_n, sim_truth_signals_t *signals);
 void   sim_arm_destroy(void *model);
 void   sim_arm_parts(void *model, sim_truth_part_t parts[SIM_TRUTH_PARTS]);
 
+/// sim_NAME_truth, an arm with this law; its own keys or NULL.
+#define SIM_ARM_TRUTH(name_, law_, keys_)                                                                              \
+    static void *create_##name_(const sim_truth_config_t *config, double step_s)                                       \
+    {                                                                                                                  \
+        return sim_arm_create(&(law_), config, step_s);                                                                \
+    }                                                                                                                  \
+    const sim_truth_ops_t sim_##name_##_truth = {.name    = #name_,                                                    \
+                                                 .create  = create_##name_,                                            \
+                                                 .step    = sim_arm_step,                                              \
+                                                 .destroy = sim_arm_destroy,                                           \
+                                                 .parts   = sim_arm_parts,                                             \
+                                                 .keys    = (keys_),                                                   \
+                                                 .law     = &(law_)}
+
 /// The exact step of the arm with d = u + g - f - F held at its start: F += phi_d d + phi_g G, G = gamma_d d + gamma_g G,
 /// with G the speed in N/s.
 typedef struct

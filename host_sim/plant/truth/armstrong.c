@@ -203,11 +203,6 @@ static const sim_law_t law = {.size        = sizeof(armstrong_t),
                               .guards      = guards,
                               .cross       = cross};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
 // clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, stiffness, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "kt, while stuck"),
@@ -220,10 +215,4 @@ static const common_key_t keys[] = {
 };
 // clang-format on
 
-const sim_truth_ops_t sim_armstrong_truth = {.name    = "armstrong",
-                                             .create  = create,
-                                             .step    = sim_arm_step,
-                                             .destroy = sim_arm_destroy,
-                                             .parts   = sim_arm_parts,
-                                             .keys    = keys,
-                                             .law     = &law};
+SIM_ARM_TRUTH(armstrong, law, keys);

@@ -87,11 +87,6 @@ static const sim_law_t law = {.size        = sizeof(bliman_sorine_t),
                               .friction    = friction,
                               .rates       = rates};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
 // clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, distance, "distance_deg", "deg", 1e-6, 10.0, 0.003, "e: path over which the peak is forgotten"),
@@ -101,10 +96,4 @@ static const common_key_t keys[] = {
 };
 // clang-format on
 
-const sim_truth_ops_t sim_bliman_sorine_truth = {.name    = "bliman_sorine",
-                                                 .create  = create,
-                                                 .step    = sim_arm_step,
-                                                 .destroy = sim_arm_destroy,
-                                                 .parts   = sim_arm_parts,
-                                                 .keys    = keys,
-                                                 .law     = &law};
+SIM_ARM_TRUTH(bliman_sorine, law, keys);

@@ -152,11 +152,6 @@ static const sim_law_t law = {.size        = sizeof(bristle_t),
                               .guards      = guards,
                               .cross       = cross};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
 // clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, deflection, "deflection_deg", "deg", 1e-7, 1.0, 1.2e-3, "d: at which a bond snaps"),
@@ -167,10 +162,4 @@ static const common_key_t keys[] = {
 };
 // clang-format on
 
-const sim_truth_ops_t sim_bristle_truth = {.name    = "bristle",
-                                           .create  = create,
-                                           .step    = sim_arm_step,
-                                           .destroy = sim_arm_destroy,
-                                           .parts   = sim_arm_parts,
-                                           .keys    = keys,
-                                           .law     = &law};
+SIM_ARM_TRUTH(bristle, law, keys);

@@ -99,20 +99,9 @@ static const sim_law_t law = {.size        = sizeof(coulomb_t),
                               .guards      = guards,
                               .cross       = cross};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
 static const common_key_t keys[] = {
     SIM_STRIBECK_KEYS(parameters_t),
     SIM_TRUTH_END,
 };
 
-const sim_truth_ops_t sim_coulomb_truth = {.name    = "coulomb",
-                                           .create  = create,
-                                           .step    = sim_arm_step,
-                                           .destroy = sim_arm_destroy,
-                                           .parts   = sim_arm_parts,
-                                           .keys    = keys,
-                                           .law     = &law};
+SIM_ARM_TRUTH(coulomb, law, keys);

@@ -64,20 +64,9 @@ static const sim_law_t law = {.size        = sizeof(dahl_t),
                               .friction    = friction,
                               .rates       = rates};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, stiffness, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "at small deflection"),
     SIM_TRUTH_END,
 };
 
-const sim_truth_ops_t sim_dahl_truth = {.name    = "dahl",
-                                        .create  = create,
-                                        .step    = sim_arm_step,
-                                        .destroy = sim_arm_destroy,
-                                        .parts   = sim_arm_parts,
-                                        .keys    = keys,
-                                        .law     = &law};
+SIM_ARM_TRUTH(dahl, law, keys);

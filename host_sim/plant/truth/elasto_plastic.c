@@ -101,11 +101,6 @@ static const sim_law_t law = {.size        = sizeof(elasto_plastic_t),
                               .friction    = friction,
                               .rates       = rates};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
 // clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "s0: of the bristles"),
@@ -117,10 +112,4 @@ static const common_key_t keys[] = {
 };
 // clang-format on
 
-const sim_truth_ops_t sim_elasto_plastic_truth = {.name    = "elasto_plastic",
-                                                  .create  = create,
-                                                  .step    = sim_arm_step,
-                                                  .destroy = sim_arm_destroy,
-                                                  .parts   = sim_arm_parts,
-                                                  .keys    = keys,
-                                                  .law     = &law};
+SIM_ARM_TRUTH(elasto_plastic, law, keys);

@@ -113,11 +113,6 @@ static const sim_law_t law = {.size        = sizeof(karnopp_t),
                               .guards      = guards,
                               .cross       = cross};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
 // clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, dead_zone, "dead_zone_deg_per_s", "deg/s", 1e-6, 1.0, 2e-4, "speeds below it count as rest"),
@@ -126,10 +121,4 @@ static const common_key_t keys[] = {
 };
 // clang-format on
 
-const sim_truth_ops_t sim_karnopp_truth = {.name    = "karnopp",
-                                           .create  = create,
-                                           .step    = sim_arm_step,
-                                           .destroy = sim_arm_destroy,
-                                           .parts   = sim_arm_parts,
-                                           .keys    = keys,
-                                           .law     = &law};
+SIM_ARM_TRUTH(karnopp, law, keys);

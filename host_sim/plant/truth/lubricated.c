@@ -153,11 +153,6 @@ static const sim_law_t law = {.size        = sizeof(lubricated_t),
                               .guards      = guards,
                               .cross       = cross};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
 // clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, distance, "distance_deg", "deg", 1e-7, 1.0, 8e-4, "d: path over which the asperities shear"),
@@ -169,10 +164,4 @@ static const common_key_t keys[] = {
 };
 // clang-format on
 
-const sim_truth_ops_t sim_lubricated_truth = {.name    = "lubricated",
-                                              .create  = create,
-                                              .step    = sim_arm_step,
-                                              .destroy = sim_arm_destroy,
-                                              .parts   = sim_arm_parts,
-                                              .keys    = keys,
-                                              .law     = &law};
+SIM_ARM_TRUTH(lubricated, law, keys);

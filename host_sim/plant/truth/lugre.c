@@ -98,11 +98,6 @@ static const sim_law_t law = {.size        = sizeof(lugre_t),
                               .friction    = friction,
                               .rates       = rates};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
 static const char *const no_or_yes[] = {"no", "yes", NULL};
 
 // clang-format off: one row a key
@@ -117,10 +112,4 @@ static const common_key_t keys[] = {
 };
 // clang-format on
 
-const sim_truth_ops_t sim_lugre_truth = {.name    = "lugre",
-                                         .create  = create,
-                                         .step    = sim_arm_step,
-                                         .destroy = sim_arm_destroy,
-                                         .parts   = sim_arm_parts,
-                                         .keys    = keys,
-                                         .law     = &law};
+SIM_ARM_TRUTH(lugre, law, keys);

@@ -188,11 +188,6 @@ static const sim_law_t law = {.size        = sizeof(maxwell_slip_t),
                               .guards      = guards,
                               .cross       = cross};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
 static const char *const no_or_yes[] = {"no", "yes", NULL};
 
 // clang-format off: one row a key
@@ -201,16 +196,10 @@ static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, attraction, "attraction_N_per_s", "N/s", 0.1, 1e6, 80.0, "C: how fast a slipping element goes to its level"),
     SIM_TRUTH_NUMBER(parameters_t, viscous, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, added to the arm's own"),
     SIM_STRIBECK_KEYS(parameters_t),
-    SIM_TRUTH_NUMBER( parameters_t, exponent, "exponent", "-", -2.0, 2.0, 1.0, "p: the elements' parts of L go with 1, 2, 3, 4 to this power; below 1 more of L is there at once"),
+    SIM_TRUTH_NUMBER(parameters_t, exponent, "exponent", "-", -2.0, 2.0, 1.0, "p: the elements' parts of L go with 1, 2, 3, 4 to this power; below 1 more of L is there at once"),
     SIM_TRUTH_CHOICE(parameters_t, stiffens, "stiffens", no_or_yes, 0, "whether the stiffness grows with L: it is then that of L = 1 N"),
     SIM_TRUTH_END,
 };
 // clang-format on
 
-const sim_truth_ops_t sim_maxwell_slip_truth = {.name    = "maxwell_slip",
-                                                .create  = create,
-                                                .step    = sim_arm_step,
-                                                .destroy = sim_arm_destroy,
-                                                .parts   = sim_arm_parts,
-                                                .keys    = keys,
-                                                .law     = &law};
+SIM_ARM_TRUTH(maxwell_slip, law, keys);

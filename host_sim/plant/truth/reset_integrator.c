@@ -116,11 +116,6 @@ static const sim_law_t law = {.size        = sizeof(reset_integrator_t),
                               .guards      = guards,
                               .cross       = cross};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
 // clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, length, "length_deg", "deg", 1e-7, 1.0, 8e-4, "z0: stretch at which the bond slips"),
@@ -130,10 +125,4 @@ static const common_key_t keys[] = {
 };
 // clang-format on
 
-const sim_truth_ops_t sim_reset_integrator_truth = {.name    = "reset_integrator",
-                                                    .create  = create,
-                                                    .step    = sim_arm_step,
-                                                    .destroy = sim_arm_destroy,
-                                                    .parts   = sim_arm_parts,
-                                                    .keys    = keys,
-                                                    .law     = &law};
+SIM_ARM_TRUTH(reset_integrator, law, keys);

@@ -101,48 +101,18 @@ static const sim_law_t law = {.size        = sizeof(servo_t),
                               .guards      = guards,
                               .cross       = cross};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
+// clang-format off: one row a key
 /// One actuator: its defaults and its row.
-#define SERVO(id, title, base_n_m, load_part)                                                                          \
-    static const common_key_t keys_##id[] = {                                                                          \
-        SIM_TRUTH_NUMBER(parameters_t,                                                                                 \
-                         base,                                                                                         \
-                         "base_N_m",                                                                                   \
-                         "N m",                                                                                        \
-                         0.0,                                                                                          \
-                         100.0,                                                                                        \
-                         base_n_m,                                                                                     \
-                         "friction without load, " title),                                                             \
-        SIM_TRUTH_NUMBER(parameters_t, load, "load", "-", 0.0, 0.9, load_part, "part of the load on the gearbox"),     \
-        SIM_TRUTH_NUMBER(parameters_t,                                                                                 \
-                         scale,                                                                                        \
-                         "scale_N_per_N_m",                                                                            \
-                         "N/(N m)",                                                                                    \
-                         1e-6,                                                                                         \
-                         1e3,                                                                                          \
-                         0.007 / (base_n_m),                                                                           \
-                         "force at this arm for the actuator's torque"),                                               \
-        SIM_TRUTH_NUMBER(parameters_t,                                                                                 \
-                         viscous,                                                                                      \
-                         "viscous_N_s_per_deg",                                                                        \
-                         "N s/deg",                                                                                    \
-                         0.0,                                                                                          \
-                         10.0,                                                                                         \
-                         0.0,                                                                                          \
-                         "added to the arm's own"),                                                                    \
-        SIM_TRUTH_END,                                                                                                 \
-    };                                                                                                                 \
-    const sim_truth_ops_t sim_servo_##id##_truth = {.name    = "servo_" #id,                                           \
-                                                    .create  = create,                                                 \
-                                                    .step    = sim_arm_step,                                           \
-                                                    .destroy = sim_arm_destroy,                                        \
-                                                    .parts   = sim_arm_parts,                                          \
-                                                    .keys    = keys_##id,                                              \
-                                                    .law     = &law}
+#define SERVO(id, title, base_n_m, load_part) \
+    static const common_key_t keys_##id[] = { \
+        SIM_TRUTH_NUMBER(parameters_t, base, "base_N_m", "N m", 0.0, 100.0, base_n_m, "friction without load, " title), \
+        SIM_TRUTH_NUMBER(parameters_t, load, "load", "-", 0.0, 0.9, load_part, "part of the load on the gearbox"), \
+        SIM_TRUTH_NUMBER(parameters_t, scale, "scale_N_per_N_m", "N/(N m)", 1e-6, 1e3, 0.007 / (base_n_m), "force at this arm for the actuator's torque"), \
+        SIM_TRUTH_NUMBER(parameters_t, viscous, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "added to the arm's own"), \
+        SIM_TRUTH_END, \
+    }; \
+    SIM_ARM_TRUTH(servo_##id, law, keys_##id)
+// clang-format on
 
 SERVO(mx106, "MX-106", 0.1134, 0.108);
 SERVO(mx64, "MX-64", 0.1022, 0.0758);

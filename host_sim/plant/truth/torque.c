@@ -43,14 +43,4 @@ static double update(const void          *law,
 
 static const sim_law_t law = {.size = sizeof(torque_t), .reset = reset, .update = update, .friction = friction};
 
-static void *create(const sim_truth_config_t *config, double step_s)
-{
-    return sim_arm_create(&law, config, step_s);
-}
-
-const sim_truth_ops_t sim_torque_truth = {.name    = "torque",
-                                          .create  = create,
-                                          .step    = sim_arm_step,
-                                          .destroy = sim_arm_destroy,
-                                          .parts   = sim_arm_parts,
-                                          .law     = &law};
+SIM_ARM_TRUTH(torque, law, NULL);
