@@ -34,6 +34,7 @@ typedef struct
     sim_target_t        *target; ///< null: the loop runs here
     uint64_t             open_limited_ticks;
     sim_learned_t        learned;
+    sim_idle_t           idle;
     double               low_n, high_n; ///< of r
     metrics_t            metrics;
     sim_activity_t       activity;
@@ -149,9 +150,32 @@ static const sim_loop_t *loop_of(const run_t *run)
     return run->target != NULL ? sim_target_twin(run->target) : &run->loop;
 }
 
+/// After the loop's step. `last` is of the tick before.
+static void note_idle(run_t *run, const sim_row_t *row, double last_r_n, double last_force_n)
+{
+    const uint64_t bad  = sim_loop_bad_inputs(loop_of(run));
+    sim_idle_t    *idle = &run->idle;
+    if (bad > idle->bad_inputs)
+    {
+        idle->bad_inputs = bad;
+    }
+    else if (row->loop.controller.limited)
+    {
+        idle->limited++;
+    }
+    else if (row->r_n == last_r_n)
+    {
+        idle->standing++;
+    }
+    idle->travel_n += fabs(row->force_n - last_force_n);
+}
+
 /// One tick and the plant steps after it. `row` was zeroed before the first: what a model or a loop has not, stays 0.
 static bool advance(run_t *run, uint64_t tick, sim_row_t *row, common_error_t *error)
 {
+    const double last_r_n     = row->r_n;
+    const double last_force_n = row->force_n;
+
     row->t_s     = (double)tick * run->config->loop.sample_time_s;
     row->r_n     = common_reference_at(&run->reference, row->t_s);
     row->learned = sim_run_learns(run->config) ? &run->learned : NULL;
@@ -174,6 +198,7 @@ static bool advance(run_t *run, uint64_t tick, sim_row_t *row, common_error_t *e
     if (row->learned != NULL)
     {
         run->learned = sim_loop_learned(loop_of(run), row->r_n);
+        note_idle(run, row, last_r_n, last_force_n);
     }
     run->low_n  = fmin(run->low_n, row->r_n);
     run->high_n = fmax(run->high_n, row->r_n);
@@ -227,6 +252,7 @@ static sim_result_t result_of(const run_t *run)
     const metrics_t *metrics = &run->metrics;
     sim_result_t     result  = {.learns        = sim_run_learns(run->config),
                                 .learned       = run->learned,
+                                .idle          = run->idle,
                                 .usual_force_n = (double)tribo_force_loop_f32_usual_force_n(&run->loop_config.config),
                                 .rms_error_n   = mean_root(metrics->error_squares, metrics),
                                 .max_error_n   = metrics->max_error_n,

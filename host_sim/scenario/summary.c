@@ -2,7 +2,11 @@
 
 #include <cjson/cJSON.h>
 
+#include <math.h>
 #include <stddef.h>
+#include <stdio.h>
+
+#define UNKNOWN 0.5 // relative variance above which a direction is not learned
 
 typedef struct
 {
@@ -36,7 +40,26 @@ static bool add_measures(cJSON *object, const sim_result_t *result)
                {"Q_switches", (double)activity->q_switches});
 }
 
-static bool add_learned(cJSON *object, const sim_result_t *result)
+bool sim_summary_not_learned(const sim_result_t *result, uint64_t ticks, char text[SIM_NOT_LEARNED_SIZE])
+{
+    const sim_idle_t *idle = &result->idle;
+    const double      all  = 0.01 * (double)ticks; // for percents
+    if (!result->learns || fmax(result->learned.relative_variance[0], result->learned.relative_variance[1]) <= UNKNOWN)
+    {
+        return false;
+    }
+    (void)snprintf(
+        text,
+        SIM_NOT_LEARNED_SIZE,
+        "F travelled %.3g N; r stood in %.0f %% of the ticks, u was at a limit in %.0f %%, r or y bad in %.0f %%",
+        idle->travel_n,
+        (double)idle->standing / all,
+        (double)idle->limited / all,
+        (double)idle->bad_inputs / all);
+    return true;
+}
+
+static bool add_learned(cJSON *object, const sim_result_t *result, uint64_t ticks)
 {
     static const char *const names[] = {"positive", "negative"};
 
@@ -53,17 +76,20 @@ static bool add_learned(cJSON *object, const sim_result_t *result)
              cJSON_AddBoolToObject(one, "at_bound", learned->at_bound[d]) != NULL &&
              cJSON_AddBoolToObject(one, "stays_at_bound", learned->stays_at_bound[d]) != NULL;
     }
+    char       text[SIM_NOT_LEARNED_SIZE];
+    const bool none = sim_summary_not_learned(result, ticks, text);
     return ok &&
            (!result->learns ||
             (cJSON_AddBoolToObject(directions, "harms", learned->harms) != NULL &&
-             ADD(directions, {"forgotten", (double)learned->forgotten}, {"usual_force_N", result->usual_force_n})));
+             ADD(directions, {"forgotten", (double)learned->forgotten}, {"usual_force_N", result->usual_force_n}) &&
+             cJSON_AddItemToObject(directions, "not_learned", none ? cJSON_CreateString(text) : cJSON_CreateNull())));
 }
 
-static bool add_counters(cJSON *object, const sim_result_t *result)
+static bool add_counters(cJSON *object, const sim_result_t *result, uint64_t ticks)
 {
     return ADD(object, {"limited_ticks", (double)result->limited_ticks}, {"bad_inputs", (double)result->bad_inputs}) &&
            (result->guard == NULL || cJSON_AddStringToObject(object, "guard", result->guard) != NULL) &&
-           add_learned(object, result);
+           add_learned(object, result, ticks);
 }
 
 static bool add_target(cJSON *object, const sim_summary_t *summary)
@@ -78,7 +104,7 @@ static bool add_target(cJSON *object, const sim_summary_t *summary)
 static bool add_q31(cJSON *object, const sim_summary_t *summary)
 {
     cJSON *q31 = cJSON_AddObjectToObject(object, "q31");
-    return add_measures(q31, &summary->result_q31) && add_counters(q31, &summary->result_q31) &&
+    return add_measures(q31, &summary->result_q31) && add_counters(q31, &summary->result_q31, summary->ticks) &&
            ADD(cJSON_AddObjectToObject(object, "difference"),
                {"max_u_N", summary->difference.max_u_n},
                {"rms_u_N", summary->difference.rms_u_n},
@@ -90,7 +116,7 @@ char *sim_summary_to_json(const sim_summary_t *summary)
 {
     cJSON     *object = cJSON_CreateObject();
     const bool ok     = add_measures(object, &summary->result) && ADD(object, {"ticks", (double)summary->ticks}) &&
-                    add_counters(object, &summary->result) &&
+                    add_counters(object, &summary->result, summary->ticks) &&
                     ADD(object,
                         {"simulated_s", summary->simulated_s},
                         {"wall_s", summary->wall_s},

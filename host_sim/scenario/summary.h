@@ -10,6 +10,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/// Ticks of a run from which nothing can be learned, by the first of these that is so.
+typedef struct
+{
+    uint64_t bad_inputs;
+    uint64_t limited;  ///< u at a limit
+    uint64_t standing; ///< r as in the tick before
+    double   travel_n; ///< of F, in all ticks
+} sim_idle_t;
+
 /// One loop on its plant.
 typedef struct
 {
@@ -22,6 +31,7 @@ typedef struct
     const char               *guard;  ///< why it has faded the compensation; null: there is none
     bool                      learns; ///< `learned` is there: at the last r
     sim_learned_t             learned;
+    sim_idle_t                idle;
     double                    usual_force_n; ///< where breakaway was taken for the widths of the feed-forward
     common_breakaway_config_t breakaway;     ///< learned, at all forces
 } sim_result_t;
@@ -56,9 +66,15 @@ typedef struct
 ///                          chatter_ticks, Q_switches, ticks, limited_ticks, bad_inputs, simulated_s, wall_s, real_time_factor
 ///     with a guard         guard: none, hunting or overshoot
 ///     with a feed-forward  learned: positive and negative, each breakaway_N at the last r, relative_variance, travel_N,
-///                          at_bound and stays_at_bound; harms, forgotten (times), usual_force_N (breakaway there set the widths)
+///                          at_bound and stays_at_bound; harms, forgotten (times), usual_force_N (breakaway there set the widths),
+///                          not_learned (sim_summary_not_learned, or null)
 ///     with a target        target, arithmetic, different_ticks, lock_step_ticks_per_s
 ///     in both arithmetics  q31 (errors and counters once more), difference (max_u_N, rms_u_N, max_F_N, rms_F_N)
 char *sim_summary_to_json(const sim_summary_t *summary);
+
+#define SIM_NOT_LEARNED_SIZE 128
+
+/// Writes why a run of `ticks` has learned too little: a relative variance above 0.5 in a direction. False: it has learned.
+bool sim_summary_not_learned(const sim_result_t *result, uint64_t ticks, char text[SIM_NOT_LEARNED_SIZE]);
 
 #endif

@@ -33,13 +33,14 @@ class Way:
 @dataclass(frozen=True)
 class Learned:
     """What a feed-forward has learned: breakaway in both directions, whether friction fed forward did harm and was fed back, and how often its memory was corrupt. Of a run also the usual force, at
-    which breakaway set the widths of the feed-forward."""
+    which breakaway set the widths of the feed-forward, and why too little was learned."""
 
     positive: Way
     negative: Way
     harms: bool
     forgotten: int
     usual_force_N: float | None = field(default=None, compare=False)
+    not_learned: str | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ def _summary(tree: dict[str, Any]) -> Summary:
 
 
 def learned(tree: dict[str, Any]) -> Learned:
-    return Learned(Way(**tree["positive"]), Way(**tree["negative"]), tree["harms"], int(tree["forgotten"]), tree.get("usual_force_N"))
+    return Learned(Way(**tree["positive"]), Way(**tree["negative"]), tree["harms"], int(tree["forgotten"]), tree.get("usual_force_N"), tree.get("not_learned"))
 
 
 class Run(Record):

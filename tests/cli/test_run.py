@@ -127,6 +127,21 @@ def test_a_run_that_learns_nothing_leaves_no_learned_file(sim):
     assert not (sim.folder / "both" / "learned.yaml").exists()
 
 
+@pytest.mark.parametrize("keys, why", [
+    (["reference.low_N=0.5", "reference.high_N=0.5000001"], r"F travelled 0\.\d+ N; r stood in 0 %"),
+    (["reference.kind=step"], r"r stood in 100 % of the ticks, u was at a limit in 0 %"),
+    (["limits.u_max_N=0.45"], r"F travelled [0-9.]+ N; r stood in 0 % of the ticks, u was at a limit in (9\d|100) %, r or y bad in 0 %"),
+    (["limits.input_max_N=0.46", "duration_s=6", "metrics.start_s=0"], r"r stood in 0 % of the ticks, u was at a limit in 0 %, r or y bad in [1-9]\d %")])
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_a_run_that_learns_too_little_says_why(sim, keys, why, arithmetic):
+    run = [part for key in keys for part in ("--set", key)]
+    said = sim.ok("run", "triangle", *run, "--arith", arithmetic)
+    line = re.search(r"learned too little        (.*)\n", said)[1]
+    assert re.search(why, line)
+    assert sim.summary("triangle", *run, "--arith", arithmetic)["learned"]["not_learned"] == line
+    assert sim.summary("triangle", "--arith", arithmetic)["learned"]["not_learned"] is None
+
+
 def test_a_prior_that_is_far_off_ends_at_a_bound_and_says_so(sim):
     far = ["--set", "compensator.friction.breakaway.offset_N=0.001", "--set", "compensator.friction.breakaway.slope=0.06"]
     learned = sim.summary(*FED, *far, "--set", "duration_s=30")["learned"]["positive"]

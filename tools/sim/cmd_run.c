@@ -263,8 +263,9 @@ static void print_apart(const sim_result_t *result)
     }
 }
 
-static void print_learned(const sim_result_t *result)
+static void print_learned(const sim_result_t *result, uint64_t ticks)
 {
+    char                     why[SIM_NOT_LEARNED_SIZE];
     static const char *const names[] = {"positive", "negative"};
     for (int d = 0; result->learns && d < 2; d++)
     {
@@ -280,6 +281,10 @@ static void print_learned(const sim_result_t *result)
     if (result->learns)
     {
         (void)printf("%-26s%.4g N: breakaway there sets the widths\n", "usual force", result->usual_force_n);
+    }
+    if (sim_summary_not_learned(result, ticks, why))
+    {
+        (void)printf("%-26s%s\n", "learned too little", why);
     }
     print_apart(result);
     if (result->learned.harms)
@@ -349,7 +354,7 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
     (void)printf("%-26s%.6f N\n", "largest error, r - F", summary->result.max_error_n);
     (void)printf("%-26s%.6f N\n", "RMS measured error, r - y", summary->result.rms_measured_error_n);
     print_activity("", &summary->result.activity);
-    print_learned(&summary->result);
+    print_learned(&summary->result, summary->ticks);
     (void)printf("%-26s%" PRIu64 " (limited %" PRIu64 ", bad inputs %" PRIu64 ")\n",
                  "ticks",
                  summary->ticks,
