@@ -1,6 +1,6 @@
 // Judges the feed-forward, by its name and nothing else, on rigs, frictions and waveforms of its own. Prints tables:
 //
-//     foreign_judge_f32 waves|pushes|load|environment|drift|smooth STRIDE|flips N SEED ...
+//     foreign_judge_f32 waves|pushes|load|environment|drift|smooth STRIDE|rates STRIDE|flips N SEED ...
 //
 // without/with is the RMS of r - F without compensation over that with it.
 
@@ -90,6 +90,7 @@ typedef struct
     double        noise;        // of y, times L at the mean
     double        believed_noise;
     wave_t        wave;
+    double        speed; // of the wave's time; 0: 1
     uint64_t      seed;
     double        push, push_from_s, push_to_s; // times L at the mean
     double        environment, environment_hz;  // times the amplitude
@@ -162,7 +163,8 @@ static double tick(run_t *run)
 {
     const case_t *given = &run->given;
     const double  t     = (double)run->tick * run->rig->sample_time_s;
-    const double  r     = run->rig->mean + run->rig->amplitude * wave_at(given->wave, t);
+    const double  speed = given->speed > 0.0 ? given->speed : 1.0;
+    const double  r     = run->rig->mean + run->rig->amplitude * wave_at(given->wave, t * speed);
     const double  error = r - foreign_plant_force(&run->plant);
     const double  u     = foreign_loop_step(run->loop, r, foreign_plant_read(&run->plant));
     const double  load  = t >= given->push_from_s && t < given->push_to_s ? given->push * run->level : 0.0;
@@ -408,6 +410,55 @@ static void judge_drift(void)
     report("drift", ratios, count);
 }
 
+/// Triangles by their rate in units of B a second, with breakaway as believed, less and more: every `stride`th case, after three periods
+/// and 40 s. False if a rate has one below 0.9.
+static bool judge_rates(long stride)
+{
+    static const double        rates[]  = {0.13, 1.3, 2.5, 5.0, 7.6, 12.7}; // on the paper's rig 0.02 to 2 N/s
+    static const foreign_law_t laws[]   = {FOREIGN_COULOMB, FOREIGN_STRIBECK, FOREIGN_LUGRE, FOREIGN_MAXWELL};
+    static const double        scales[] = {1.0, 0.6, 1.5};
+    static double              ratios[6][1000];
+    static double              papers[6][1000];
+    int                        counts[6] = {0};
+    bool                       good      = true;
+    for (long k = 0; k < 6L * FOREIGN_RIGS * 4 * 3; k += stride)
+    {
+        const long           i     = k % 6;
+        const foreign_rig_t *rig   = &foreign_rigs[k / 6 % FOREIGN_RIGS];
+        case_t               given = nominal(TRIANGLE);
+        given.law                  = laws[k / 6 / FOREIGN_RIGS % 4];
+        given.sliding              = given.law == FOREIGN_STRIBECK ? 0.85 : 1.0;
+        given.breakaway[0]         = scales[k / 6 / FOREIGN_RIGS / 4];
+        given.breakaway[1]         = given.breakaway[0];
+        given.speed                = rates[i] * level_of(rig) * PERIOD_S / (4.0 * rig->amplitude);
+        const double period        = PERIOD_S / given.speed;
+        const double from          = fmax(40.0, 3.0 * period);
+        const double to            = from + fmax(40.0, 2.0 * period);
+        const double with          = rms(rig, &given, FOREIGN_FEEDFORWARD, from, to, NULL);
+        const double ratio         = rms(rig, &given, FOREIGN_NONE, from, to, NULL) / with;
+        const double paper         = rms(rig, &given, FOREIGN_PAPER, from, to, NULL) / with;
+        printf("%-30s %-9s L x %.1f, %5.2f B/s: %.2f, of the paper's method %.2f\n",
+               rig->name,
+               law_names[given.law],
+               given.breakaway[0],
+               rates[i],
+               ratio,
+               paper);
+        (void)fflush(stdout);
+        papers[i][counts[i]]   = paper;
+        ratios[i][counts[i]++] = ratio;
+        good                   = good && ratio >= 0.9;
+    }
+    for (int i = 0; i < 6; i++)
+    {
+        char name[40];
+        (void)snprintf(name, sizeof name, "%.2f B/s", rates[i]);
+        report(name, ratios[i], counts[i]);
+        report("  of the paper's method", papers[i], counts[i]);
+    }
+    return good;
+}
+
 /// Friction that creeps where the model's sticks, on axes of 0.3 to 3 kg at 500 Hz to 2 kHz: from Coulomb's to one that is nothing
 /// but a lag. Every `stride`th case. False if one is below 0.9 from 100 s on.
 static bool judge_smooth(long stride)
@@ -590,6 +641,10 @@ int main(int argc, char **argv)
         {
             good = judge_smooth(strtol(argv[++i], NULL, 10)) && good;
         }
+        else if (strcmp(argv[i], "rates") == 0 && i + 1 < argc)
+        {
+            good = judge_rates(strtol(argv[++i], NULL, 10)) && good;
+        }
         else if (strcmp(argv[i], "flips") == 0 && i + 2 < argc)
         {
             good = judge_flips(strtol(argv[i + 1], NULL, 10), strtoull(argv[i + 2], NULL, 10)) && good;
@@ -597,10 +652,10 @@ int main(int argc, char **argv)
         }
         else
         {
-            (void)fprintf(
-                stderr,
-                "foreign_judge: %s: not one of waves, pushes, load, environment, drift, smooth STRIDE, flips N SEED\n",
-                argv[i]);
+            (void)fprintf(stderr,
+                          "foreign_judge: %s: not one of waves, pushes, load, environment, drift, smooth STRIDE, rates "
+                          "STRIDE, flips N SEED\n",
+                          argv[i]);
             return 2;
         }
     }

@@ -353,9 +353,8 @@ def test_a_signal_ends_it_in_order(drive, number):
 
 
 def test_a_killed_loop_is_told(drive):
-    drive.write("rig.yaml", CLOCK)
-    drive.write("loop.yaml", SLOW)
-    with drive.start("rig.yaml", "--log", "log.csv") as run:
+    drive.write("rig.yaml", CLOCK_RIG)
+    with drive.start("rig.yaml", "--duration", "600", "--log", "log.csv") as run:
         drive.until_rows(2)
         loop = pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()
         os.kill(int(loop[0]), signal.SIGKILL)
@@ -452,9 +451,8 @@ def names_of(pid):
 
 
 def test_one_killall_does_not_take_both_processes(drive):
-    drive.write("rig.yaml", CLOCK)
-    drive.write("loop.yaml", SLOW)
-    with drive.start("rig.yaml", "--log", "log.csv") as run:
+    drive.write("rig.yaml", CLOCK_RIG)
+    with drive.start("rig.yaml", "--duration", "600", "--log", "log.csv") as run:
         drive.until_rows(2)
         loop = int(pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text())
         named = {pid: names_of(pid) for pid in (run.pid, loop)}
