@@ -5,6 +5,8 @@ plant is supported (sampled). Fields: unit or range; default; meaning
 
 name
     lower case; goes into file and macro names
+description
+    up to 2000 characters
 include_folder
     ends in /; default none; before the header's name in the C source
 sample_time_s
@@ -14,6 +16,8 @@ computation_delay_s
 plant, weights.wp, .wu, .wT, .wGS
     rad/s; {gain, zeros, poles} (steady gain), {k, zeros, poles}, {num, den}, {a, b, c, d}, or a number; wT and wGS may
     be left out
+plant.gain_percent, .zeros_percent, .poles_percent, .delay_percent
+    how far each number may be off; `gain: 1.4 ± 5 %` and `poles: [-12 ± 10 %, ...]` say the same
 plant.delay_s
     0 to 40 sample times; default 0; dead time; sampled only
 weights.wishes

@@ -35,8 +35,8 @@ def page(title, lines, pictures):
     table = "\n".join(markup.escape(line) for line in lines)
     body = "\n".join(f"<h2>{markup.escape(t)}</h2>\n{p}" for t, p in pictures)
     return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{markup.escape(title)}</title>
-<style>body{{font-family:sans-serif;max-width:1150px;margin:2em auto;padding:0 1em}}pre{{background:#f4f4f4;padding:1em;overflow:auto}}img{{max-width:100%}}</style></head>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{markup.escape(title)}</title>
+<style>body{{font-family:sans-serif;max-width:1150px;margin:2em auto;padding:0 1em}}pre{{background:#f4f4f4;padding:1em;white-space:pre-wrap;overflow-wrap:anywhere}}img{{max-width:100%}}</style></head>
 <body><h1>{markup.escape(title)}</h1><pre>{table}</pre>
 {body}
 </body></html>
