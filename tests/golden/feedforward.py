@@ -583,7 +583,17 @@ def against(t, r):
 
 
 def scenarios():
-    """Name, rig, rows."""
+    """Name, rig and rows of each file.
+
+    tracking: triangle; breakaway 0.8 and 1.2 of the model's, with presliding
+    noise: h = 4 ms; sine over both signs of F, 0.5 mN noise on y, 0.2 mN on r, a constant load
+    hold: h = 4 ms; ramps, stands in which u rests until the error grows, r steps or r moves, staircase, steps; y with noise of 4 mN, and bad
+    chatter: h = 4 ms; a hold in which u changes its side all the time
+    monitor: h = 4 ms; a controller that works against friction fed forward: it is fed back; a hand-over
+    limits: h = 4 ms; u limited at ±0.64 N; NaN in y, 5 N in r, both; bad from the first tick
+    changes: h = 4 ms; restart, reset, hand-over, change of params, a guard that fades
+    rig: 2 kHz, 200 N, breakaway table, gravity, no key at its default
+    """
     paper = Rig()
     slow = Rig(h=4e-3)
     pi = ((0.3, 0.032, 0.0, 0.0, 0.0),)
