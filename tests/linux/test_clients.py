@@ -43,6 +43,18 @@ def read_pdu(name):
     return struct.pack(">BHH", 3, ADDRESSES[name], 2)
 
 
+def write_pdu(name, bits):
+    return struct.pack(">BHHBI", 16, ADDRESSES[name], 2, 4, bits)
+
+
+def bits_of(number):
+    return struct.unpack(">I", struct.pack(">f", number))[0]
+
+
+STOPS = {"6": command_pdu(STOP), "16": struct.pack(">BHHBH", 16, COMMAND, 1, 2, STOP),
+         "23": struct.pack(">BHHHHBH", 23, 0, 2, COMMAND, 1, 2, STOP)}
+
+
 class Master:
     """Of a serial line, byte by byte."""
 
@@ -76,6 +88,19 @@ class Master:
     def command(self, number):
         answer = self.ask(command_pdu(number), 5)
         return answer[1] if answer[0] & 0x80 else 0
+
+    def state_among_answers(self):
+        """Behind the answer of a request before, if there is one; None: not yet. After a silence, as what was torn ends with it."""
+        time.sleep(0.06)
+        os.write(self.file, sealed(read_pdu("state")))
+        heard = self.take(17, 0.5)
+        frames = [heard[at:at + 9] for at in range(len(heard)) if heard[at:at + 3] == b"\1\3\4" and len(heard) >= at + 9]
+        return struct.unpack(">I", frames[-1][3:7])[0] if frames and crc(frames[-1]) == b"\0\0" else None
+
+    def settle(self):
+        """Until no answer is on its way."""
+        while self.hear(0.1):
+            pass
 
     def until_state(self, state):
         until(lambda: self.word("state") == state, f"its state is not {state}")
@@ -150,6 +175,50 @@ def test_after_noise_the_next_request_is_answered(master, noise):
     assert line.word("bad_frames") == bad + 1
 
 
+def stops_after(line, what):
+    """A stop right behind it acts."""
+    assert line.command(START) == 0
+    line.until_state(RUN)
+    os.write(line.file, what)
+    os.write(line.file, sealed(command_pdu(STOP)))
+    until(lambda: line.state_among_answers() == IDLE, what.hex())
+    line.settle()
+
+
+@pytest.mark.parametrize("unit", [2, 247, 255, 0])
+def test_no_request_to_another_unit_swallows_a_stop(master, unit):
+    """Of any function: absent units are polled for coils, inputs, files and identification as well; nobody answers a read of all units."""
+    line = master()
+    for function in (1, 2, 3, 4, 5, 7, 8, 11, 12, 15, 17, 20, 22, 23, 24, 43, 0x41, 0x64):
+        for data in (b"", bytes(4), b"\0\1\0\1\1\xff"):
+            stops_after(line, sealed(bytes([function]) + data, unit))
+
+
+WRITE = struct.pack(">BHHB", 16, 0x112, 120, 240) + bytes(240)
+HALF_FRAMES = [sealed(pdu, unit)[:size] for pdu, unit, size in [(read_pdu("state"), 1, n) for n in range(1, 8)] + [(read_pdu("state"), 2, n) for n in (1, 3, 5, 7)] +
+               [(WRITE, unit, n) for unit in (1, 2) for n in (5, 7, 8, 50, 200)]] + [b"\1\x17" + bytes(9) + b"\xf0", b"\2\3\xf0", b"\1\3\xf8", b"\0\x10"]
+
+
+def test_half_a_frame_swallows_no_stop(master):
+    line = master()
+    for half in HALF_FRAMES:
+        stops_after(line, half)
+
+
+def test_a_frame_to_all_units_stops_and_does_nothing_more(master):
+    line = master()
+    for pdu in (read_pdu("state"), STOPS["23"], struct.pack(">BHHHHBH", 23, 0, 2, COMMAND, 1, 2, START), command_pdu(START), write_pdu("unlock", KEY), write_pdu("reference", bits_of(0.3)),
+                write_pdu("compensator.gain", bits_of(0.25)), command_pdu(SAVE), command_pdu(4)):
+        os.write(line.file, sealed(pdu, 0))
+        line.pass_ticks(5)
+        assert (line.word("state"), line.word("unlocked_ticks"), line.word("reference"), line.word("compensator.gain")) == (IDLE, 0, 0, bits_of(0.85))
+    for stop in (STOPS["6"], STOPS["16"]):
+        assert line.command(START) == 0
+        line.until_state(RUN)
+        os.write(line.file, sealed(stop, 0))
+        line.until_state(IDLE)
+
+
 def test_a_stop_acts_in_a_storm(master):
     """Of noise, other units and requests whose answers nobody waits for."""
     line = master()
@@ -197,10 +266,6 @@ def test_serial_and_tcp_answer_alike(master, target):  # noqa: F811
 
 
 # --- a second client over TCP ------------------------------------------------------------------------------------------
-
-STOPS = {"6": command_pdu(STOP), "16": struct.pack(">BHHBH", 16, COMMAND, 1, 2, STOP),
-         "23": struct.pack(">BHHHHBH", 23, 0, 2, COMMAND, 1, 2, STOP)}
-
 
 def start(client):
     assert client.command(START) == 0
@@ -429,14 +494,6 @@ def test_a_disk_that_takes_for_ever_holds_up_no_end(slow_disk, target):  # noqa:
     assert "store: params.bin: its disk takes too long, and is not waited for" in drive.said()
     (slow_disk / "slow").unlink()
     drive.ended = True
-
-
-def write_pdu(name, bits):
-    return struct.pack(">BHHBI", 16, ADDRESSES[name], 2, 4, bits)
-
-
-def bits_of(number):
-    return struct.unpack(">I", struct.pack(">f", number))[0]
 
 
 LATE = {"key": write_pdu("unlock", KEY), "set": write_pdu("compensator.gain", bits_of(0.25)), "reference": write_pdu("reference", bits_of(0.3)), "apply": command_pdu(APPLY),

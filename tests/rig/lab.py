@@ -150,6 +150,13 @@ def run(lab, scenario, per_N, low, high, number):
     return t, r, u, y
 
 
+def breakaway_off(lab, folder):
+    """By how much the loop's breakaway is off over the task, as (least, most) over the rig's: of one that falls as it slides, over what it slides with."""
+    loop, (low, high) = accept.load(folder / "result/loop.yaml"), json.loads((folder / "result/verdict.json").read_text())["task_N"]
+    parts = [accept.level_of(loop, force) / (lab.offset + lab.slope * abs(force)) / (lab.falls_to if lab.law else 1.0) - 1 for force in np.linspace(low, high, 50)]
+    return min(parts), max(parts)
+
+
 # What the rig has in place of what was identified, and whether accept has to take the loop.
 AMPERE = 0.05  # for a newton of u, where the drive's own log has the command in its unit
 OTHERS = {

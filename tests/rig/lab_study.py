@@ -22,8 +22,10 @@ def main():
                 continue
             verdicts, _ = lab.accepted(rig, folder)
             factor, (likely, least, most) = lab.played(verdicts, folder)
+            off = lab.breakaway_off(rig, folder)
         outside += [] if least <= factor <= most else [name]
         print(f"{name:24} {'seen' if name in lab.SEEN else 'unseen':6} divided by {factor:6.3g}, predicted {likely:6.3g}, {least:.3g} to {most:.3g}{'' if least <= factor <= most else '  OUTSIDE'}", flush=True)
+        print("    breakaway of the loop is {:+.0%} to {:+.0%} off over the task".format(*off), flush=True)
         for line in said.splitlines():
             if line.startswith(("sensor:", "cogging:", "no law", "friction falls")):
                 print(f"{'':4}{line}", flush=True)

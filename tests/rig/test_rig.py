@@ -268,6 +268,20 @@ def test_an_arm_without_stiction_is_told_from_one_with_little(case, tmp_path):
         assert code == 3 and "1-ramp-log.csv: no stiction found: F follows u both ways and turns with it: " in said and "There is nothing" in said, said
 
 
+@pytest.mark.parametrize("friction, noise, cause", [(0.02, 0.03, "noise"), (0.0, 0.0005, "no stiction")])
+def test_friction_that_noise_hides_is_not_told_to_be_none(friction, noise, cause, tmp_path):
+    """Of the safe force."""
+    truth = replace(foreign.truth_of(1), slope=0.0, scale=1.0, bias=0.0)
+    truth = replace(truth, offset=max(friction, 1e-9) * truth.high)
+    log = ramp_of(truth)
+    log[:, 2] += np.random.default_rng(3).normal(0, noise * truth.high, len(log))
+    (tmp_path / "rig.yaml").write_text(f"sample_time_s: {truth.tick_s}\nforce: {{low_N: 0, high_N: {truth.high}}}\n")
+    np.savetxt(tmp_path / "1-ramp-log.csv", log, delimiter=",", header="t_s,u_N,F_N", comments="", fmt="%.7g")
+    code, said = way.call(tmp_path)
+    assert code == 3 and f"1-ramp-log.csv: {'F has noise of' if cause == 'noise' else 'no stiction found'}" in said and "larger" not in said, said
+    assert ("There is nothing" in said) == (cause == "no stiction")
+
+
 @pytest.mark.parametrize("moves", [(0, 1), (1, 1)])
 def test_a_force_that_does_not_come_back_asks_for_no_more(moves, ramp, tmp_path):
     """It stands after it has risen, or before and after."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tribo_design.errors import DesignError, InputError
-from tribo_identify import friction, stiction
+from tribo_identify import friction, noise, stiction
 from tribo_identify.events import Refusal
 from tribo_identify.plan import Plan
 
@@ -155,13 +155,15 @@ class First:
         return {"scale": 1.0, "gravity": 0.0} | {name.removesuffix("_positive"): value for name, value in friction.calibrated(symmetric).items()}
 
 
-def _friction(log, line, started, noise):
+def _friction(log, line, started, rms):
     """Offset and slope, as `started` where these lags leave any friction; where there is none, that is said."""
     law, load = line.law(), float(np.median(np.abs(log.segments[0].force)))
     seen = stiction.behind(log, law["scale"], law["gravity"], law["offset"], law["slope"])
     if not seen.force > 0:
         raise DesignError("1-ramp-log.csv: friction would push the way that F goes: u and F are not of the same time, or one of them is filtered for long")
-    if seen.is_lag() or seen.friction() < 2 * noise:
+    if not seen.is_lag() and friction.MATTERS * np.max(np.abs(log.segments[0].force)) < seen.friction() < 2 * rms:
+        raise Refusal("noise", f"1-ramp-log.csv: F has noise of {rms:.3g} N rms, and friction of {seen.friction():.2g} N, which it seems to be, does not stand out of it. {noise.QUIETER}")
+    if seen.is_lag() or seen.friction() < 2 * rms:
         raise Refusal("no stiction", f"1-ramp-log.csv: no stiction found: {seen.text()}. There is nothing that compensation could take out")
     return started if started[0] + started[1] * load > 0 else (law["offset"] - seen.force + seen.friction(), law["slope"])
 
