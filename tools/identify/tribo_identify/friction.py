@@ -842,7 +842,9 @@ def _readings(result):
 
 def _doubts(result, level):
     """What casts doubt on all of it. What the residual of the slides shows is the reason of whatever else would be said."""
-    found = list(_misfits(result, level))
+    found = list(_misfits(result, level, result.noises, result.slide_gap[1]))
+    if not found and (seen := list(_misfits(result, level, noise.NONE, 0.0))):  # noise explains it, and may hide as much
+        found = result.noises.says(level, 0.0)[:1] or seen
     if found and result.noises.u > noise.NAMED["u"] * level:  # the model takes it as commanded, and that loosens all that sticks
         found = [text for text in result.noises.says(level) if text.startswith("u has noise")]
     yield from result.shown if result.shown and (found or result.line_error is not None) else found
@@ -850,20 +852,20 @@ def _doubts(result, level):
         yield from _readings(result)
 
 
-def _misfits(result, level):
-    """What the log has and the model has not, beyond noise and the steps of u."""
-    left = result.noises.beyond(result.residual_rms)
+def _misfits(result, level, known, gap_half):
+    """What the log has and the model has not, beyond the noise and the steps of u that are known."""
+    left = known.beyond(result.residual_rms)
     if result.line_error is None:
-        gap, half = result.slide_gap
+        gap = result.slide_gap[0]
         if left > DOUBT * level:
             yield f"F is off by {left:.3g} N rms, {100 * left / level:.2g} % of breakaway: the friction differs from the model's"
         if result.held_out > 2.5:
             yield f"half-cycles that were held out fit {result.held_out:.2g} times worse"
-        if abs(gap) > max(GAP, result.L_half, half, result.noises.rounding / level):
+        if abs(gap) > max(GAP, result.L_half, gap_half, known.rounding / level):
             yield f"friction in slow slides differs from the model's by {100 * gap:+.2g} %, beyond the interval of L: breakaway and sliding are not the model's"
         if result.ripple > 0.3 * level and left > DOUBT / 3 * level:  # a model that follows F leaves no room for one
             yield f"a ripple of {result.ripple:.3g} N with position, {100 * result.ripple / level:.2g} % of breakaway: average over whole turns"
-    elif (left := result.noises.beyond(result.line_error, noise.MEDIAN)) > DOUBT / 3 * level:
+    elif (left := known.beyond(result.line_error, noise.MEDIAN)) > DOUBT / 3 * level:
         yield f"slides differ from a line by {left:.3g} N, {100 * left / level:.2g} % of breakaway: their friction is not offset + slope |F|"
     share, half = result.fall
     if share > FALL + half:

@@ -42,6 +42,9 @@ class Noise:
         return (self.says(max(level, 1e-9 * span)) or [None])[0] if largest > max(HIDES * level, RANGE * span) else None
 
 
+NONE = Noise(0.0, 0.0, 0.0)
+
+
 def rounding_of(u):
     """By how much u is off as it is logged in steps, N rms: 0 where its values lie on no grid, as those that a logger has held."""
     apart = np.diff(np.unique(u))

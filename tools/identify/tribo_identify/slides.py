@@ -231,7 +231,7 @@ def half_of(values):
 def fall(log, line):
     """By how much friction is larger as F begins to move than later in the slide, relative; and half of the interval. From the slowest third of the slides, where the lags move
     net force least. Noise and steps of u make the largest net force larger, where it is the same for long; a short one they hardly change. The
-    interval has both, and as much again as noise moves the turns."""
+    interval has all of that, and half as much again as noise moves the turns."""
     found, p = [], line.law()
     for s, (u, du, y, _, runs) in zip(log.segments, runs_of(log)):
         coarse = readings_of(s.u).coarse * p["scale"]
@@ -249,4 +249,4 @@ def fall(log, line):
     rate, share, raised = np.array(found).T
     slow = rate <= np.quantile(rate, 1 / 3)
     share, raised = share[slow], float(np.median(raised[slow]))
-    return float(np.median(share)) - raised / 2, half_of(share) + raised
+    return float(np.median(share)), half_of(share) + 1.5 * raised
