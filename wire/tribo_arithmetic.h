@@ -153,7 +153,8 @@ static inline tribo_status_t tribo_init_loop(TRIBO(force_loop, params_t) * param
                                              float                                full_scale_n)
 {
 #ifdef TRIBO_ARITHMETIC_Q31
-    return tribo_force_loop_q31_init(params, table, config, full_scale_n, NULL);
+    const tribo_force_loop_q31_config_t q31 = {.loop = *config, .full_scale_n = full_scale_n, .table = table};
+    return tribo_force_loop_q31_init(params, &q31);
 #else
     (void)table;
     (void)full_scale_n;
@@ -174,6 +175,7 @@ static inline tribo_refusal_t tribo_loop_refusal(tribo_status_t                 
 #endif
 }
 
+/// The same with the feed-forward, whatever method `config` names.
 static inline tribo_status_t tribo_init_feedforward(TRIBO(force_loop, params_t) * params,
                                                     tribo_point_t *table,
                                                     TRIBO(feedforward, params_t) * feedforward,
@@ -181,19 +183,9 @@ static inline tribo_status_t tribo_init_feedforward(TRIBO(force_loop, params_t) 
                                                     const tribo_feedforward_f32_config_t *feedforward_config,
                                                     float                                 full_scale_n)
 {
-#ifdef TRIBO_ARITHMETIC_Q31
-    return tribo_force_loop_feedforward_q31_init(params,
-                                                 table,
-                                                 feedforward,
-                                                 config,
-                                                 feedforward_config,
-                                                 full_scale_n,
-                                                 NULL);
-#else
-    (void)table;
-    (void)full_scale_n;
-    return tribo_force_loop_feedforward_f32_init(params, feedforward, config, feedforward_config);
-#endif
+    tribo_force_loop_f32_config_t whole = *config;
+    whole.method                        = TRIBO(feedforward, use)(feedforward, feedforward_config);
+    return tribo_init_loop(params, table, &whole, full_scale_n);
 }
 
 static inline tribo_status_t tribo_init_sensorless(TRIBO(force_loop, params_t) * params,
@@ -204,22 +196,12 @@ static inline tribo_status_t tribo_init_sensorless(TRIBO(force_loop, params_t) *
                                                    const tribo_sensorless_f32_config_t  *sensorless_config,
                                                    float                                 full_scale_n)
 {
-#ifdef TRIBO_ARITHMETIC_Q31
-    return tribo_force_loop_sensorless_q31_init(params,
-                                                table,
-                                                feedforward,
-                                                config,
-                                                feedforward_config,
-                                                sensorless_config,
-                                                full_scale_n,
-                                                NULL);
-#else
-    (void)table;
-    (void)full_scale_n;
-    return tribo_force_loop_sensorless_f32_init(params, feedforward, config, feedforward_config, sensorless_config);
-#endif
+    tribo_force_loop_f32_config_t whole = *config;
+    whole.method                        = TRIBO(sensorless, use)(feedforward, feedforward_config, sensorless_config);
+    return tribo_init_loop(params, table, &whole, full_scale_n);
 }
 
+/// A guard beside a loop.
 static inline tribo_status_t tribo_init_guard(TRIBO(guard, params_t) * params,
                                               const tribo_guard_f32_config_t *config,
                                               float                           sample_time_s,

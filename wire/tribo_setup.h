@@ -114,7 +114,9 @@ static inline void tribo_setup_from_words(tribo_setup_t *setup, const uint32_t w
     memcpy(setup->table, words + TRIBO_SETUP_SECTION_WORDS, sizeof setup->table);
     tribo_friction_f32_config_t *friction = &setup->loop.compensator.friction;
     setup->loop.controller.sections       = setup->sections;
-    setup->loop.controller.pause          = NULL; // code of this end only
+    setup->loop.controller.pause          = NULL; // code of this end only, as are method and guard
+    setup->loop.method                    = (tribo_loop_part_t){.config = NULL};
+    setup->loop.guard                     = (tribo_loop_guard_t){.part = {.config = NULL}};
     friction->table                       = friction->table_length > 0u ? setup->table : NULL;
 }
 

@@ -117,26 +117,18 @@ tribo_status_t common_loop_config_status(const common_loop_config_t *loop)
     tribo_force_loop_f32_params_t  params;
     tribo_feedforward_f32_params_t feedforward;
     tribo_guard_f32_params_t       guard;
-    tribo_status_t                 status;
+    tribo_force_loop_f32_config_t  config = loop->config;
     if (loop->is_sensorless)
     {
-        status = tribo_force_loop_sensorless_f32_init(&params,
-                                                      &feedforward,
-                                                      &loop->config,
-                                                      &loop->feedforward,
-                                                      &loop->sensorless);
+        config.method = tribo_sensorless_f32_use(&feedforward, &loop->feedforward, &loop->sensorless);
     }
     else if (loop->feeds_forward)
     {
-        status = tribo_force_loop_feedforward_f32_init(&params, &feedforward, &loop->config, &loop->feedforward);
+        config.method = tribo_feedforward_f32_use(&feedforward, &loop->feedforward);
     }
-    else
+    if (loop->guarded)
     {
-        status = tribo_force_loop_f32_init(&params, &loop->config);
+        config.guard = tribo_guard_f32_use(&guard, &loop->guard);
     }
-    if (status == TRIBO_OK && loop->guarded)
-    {
-        status = tribo_guard_f32_init(&guard, &loop->guard, loop->config.sample_time_s);
-    }
-    return status;
+    return tribo_force_loop_f32_init(&params, &config);
 }

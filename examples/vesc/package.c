@@ -32,14 +32,11 @@ static bool make(axis_t *axis)
     const tribo_feedforward_f32_config_t method = tribo_feedforward_f32_default();
     const tribo_guard_f32_config_t       limits = tribo_guard_f32_default();
     rig.sample_time_s                           = PERIOD_S; // the paper's controller is refused at another than 1 ms
-    if (tribo_force_loop_feedforward_f32_init(&axis->params, &axis->feedforward, &rig, &method) != TRIBO_OK ||
-        tribo_guard_f32_init(&axis->guard_params, &limits, PERIOD_S) != TRIBO_OK)
-    {
-        return false;
-    }
-    axis->params.guard = &axis->guard_params;
-    axis->loop.memory  = &axis->memory.state.tick;
-    return tribo_force_loop_f32_start(&axis->loop, &axis->params, false) == TRIBO_OK;
+    rig.method                                  = tribo_feedforward_f32_use(&axis->feedforward, &method);
+    rig.guard                                   = tribo_guard_f32_use(&axis->guard_params, &limits);
+    axis->loop.memory                           = &axis->memory.state.tick;
+    return tribo_force_loop_f32_init(&axis->params, &rig) == TRIBO_OK &&
+           tribo_force_loop_f32_start(&axis->loop, &axis->params, false) == TRIBO_OK;
 }
 
 static void tick(axis_t *axis)

@@ -16,46 +16,6 @@ tribo_status_t loop_setup(loop_setup_t *setup, const tribo_force_loop_f32_config
 }
 
 #if DRIVE_FEEDFORWARD
-tribo_status_t loop_setup_feedforward(loop_setup_t                         *setup,
-                                      const tribo_force_loop_f32_config_t  *config,
-                                      const tribo_feedforward_f32_config_t *feedforward,
-                                      float                                 full_scale_n)
-{
-    return tribo_init_feedforward(&setup->params,
-                                  table_of(setup),
-                                  &setup->feedforward,
-                                  config,
-                                  feedforward,
-                                  full_scale_n);
-}
-
-tribo_status_t loop_setup_sensorless(loop_setup_t                         *setup,
-                                     const tribo_force_loop_f32_config_t  *config,
-                                     const tribo_feedforward_f32_config_t *feedforward,
-                                     const tribo_sensorless_f32_config_t  *sensorless,
-                                     float                                 full_scale_n)
-{
-    return tribo_init_sensorless(&setup->params,
-                                 table_of(setup),
-                                 &setup->feedforward,
-                                 config,
-                                 feedforward,
-                                 sensorless,
-                                 full_scale_n);
-}
-
-tribo_status_t loop_setup_guard(loop_setup_t                   *setup,
-                                const tribo_guard_f32_config_t *config,
-                                bool                            on,
-                                float                           sample_time_s,
-                                float                           full_scale_n)
-{
-    const tribo_status_t status = tribo_init_guard(&setup->guard, config, sample_time_s, full_scale_n);
-    setup->guard.on             = on;
-    setup->params.guard         = &setup->guard;
-    return status;
-}
-
 void loop_begin(loop_state_t *state, const loop_params_t *params, loop_memory_t *memory)
 {
     state->memory = memory != NULL ? &memory->state.tick : NULL;

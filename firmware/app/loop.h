@@ -31,7 +31,7 @@ typedef struct
 #endif
 } loop_setup_t;
 
-/// Checks `config` and computes `setup->params`. f32 ignores `full_scale_n`, and its params point to the breakaway table of
+/// Checks `config` and computes `setup->params`; a method or a guard that it names is to be made in `setup`. f32 ignores `full_scale_n`, and its params point to the breakaway table of
 /// `config`, which must outlive them. Writes all or nothing. Not for the tick.
 tribo_status_t loop_setup(loop_setup_t *setup, const tribo_force_loop_f32_config_t *config, float full_scale_n);
 
@@ -64,27 +64,6 @@ void loop_learn(const loop_params_t *params, loop_memory_t *memory);
 void loop_forget(const loop_params_t *params, loop_memory_t *memory);
 
 #if DRIVE_FEEDFORWARD
-/// The same of a loop that feeds friction forward. Its memory: loop_forget and drive_attach.
-tribo_status_t loop_setup_feedforward(loop_setup_t                         *setup,
-                                      const tribo_force_loop_f32_config_t  *config,
-                                      const tribo_feedforward_f32_config_t *feedforward,
-                                      float                                 full_scale_n);
-
-/// Likewise without a force sensor: of r, or the effort of another loop, and the believed breakaway.
-tribo_status_t loop_setup_sensorless(loop_setup_t                         *setup,
-                                     const tribo_force_loop_f32_config_t  *config,
-                                     const tribo_feedforward_f32_config_t *feedforward,
-                                     const tribo_sensorless_f32_config_t  *sensorless,
-                                     float                                 full_scale_n);
-
-/// Puts a guard beside the loop of `setup`, of this sample time and full scale. One that is not `on` judges nothing and lets back
-/// what an earlier one has faded. The loop is of no use unless TRIBO_OK.
-tribo_status_t loop_setup_guard(loop_setup_t                   *setup,
-                                const tribo_guard_f32_config_t *config,
-                                bool                            on,
-                                float                           sample_time_s,
-                                float                           full_scale_n);
-
 /// In `direction` (TRIBO_BREAKAWAY_POSITIVE or _NEGATIVE) at the force `at`; zeros for params without a feed-forward.
 tribo_feedforward_learned_t loop_learned(const loop_params_t *params,
                                          const loop_memory_t *memory,

@@ -436,51 +436,52 @@ void params_take_guard(params_set_t *set, const tribo_guard_f32_config_t *config
     }
 }
 
-static tribo_status_t set_up_guard(params_t *params, const configs_t *configs)
+/// Of one that is not on only fade_time_s counts, within which an earlier guard's fade ends: nothing of it is refused.
+static tribo_guard_f32_config_t guard_of(const params_set_t *set, const configs_t *configs, bool is_on)
 {
-    const params_set_t      *set    = &params->set;
-    const float              h      = configs->loop.sample_time_s;
-    tribo_guard_f32_config_t config = configs->guard;
-    const bool               is_on  = set->guard_on != 0u && set->method != PARAMS_METHOD_SENSORLESS; // it judges y
-    if (!is_on) // only fade_time_s counts, within which an earlier guard's fade ends: nothing of it is refused
+    const float              h     = configs->loop.sample_time_s;
+    tribo_guard_f32_config_t guard = configs->guard;
+    (void)set; // in f32
+    if (!is_on)
     {
-        config.turn_n       = TRIBO_EITHER(1.0f, 0.5f * set->drive.full_scale_n);
-        config.stray_n      = config.turn_n;
-        config.quick_time_s = h;
-        if (config.fade_time_s > 1e6f * h)
-        {
-            config.fade_time_s = 1e6f * h;
-        }
+        guard.turn_n       = TRIBO_EITHER(1.0f, 0.5f * set->drive.full_scale_n);
+        guard.stray_n      = guard.turn_n;
+        guard.quick_time_s = h;
+        guard.fade_time_s  = guard.fade_time_s > 1e6f * h ? 1e6f * h : guard.fade_time_s;
     }
-    return loop_setup_guard(&params->loop, &config, is_on, h, set->drive.full_scale_n);
+    return guard;
 }
-#endif
 
 static tribo_status_t set_up_loop(params_t *params, const configs_t *configs)
 {
-    const params_set_t *set = &params->set;
-#if DRIVE_FEEDFORWARD
+    const params_set_t           *set   = &params->set;
+    tribo_force_loop_f32_config_t loop  = configs->loop;
+    const bool                    is_on = set->guard_on != 0u && set->method != PARAMS_METHOD_SENSORLESS; // it judges y
+    const tribo_guard_f32_config_t guard = guard_of(set, configs, is_on);
+
+    loop.guard = TRIBO(guard, use)(&params->loop.guard, &guard);
     if (set->method == PARAMS_METHOD_FEEDFORWARD)
     {
-        return loop_setup_feedforward(&params->loop, &configs->loop, &configs->feedforward, set->drive.full_scale_n);
+        loop.method = TRIBO(feedforward, use)(&params->loop.feedforward, &configs->feedforward);
     }
     if (set->method == PARAMS_METHOD_SENSORLESS)
     {
-        return loop_setup_sensorless(&params->loop,
-                                     &configs->loop,
-                                     &configs->feedforward,
-                                     &configs->sensorless,
-                                     set->drive.full_scale_n);
+        loop.method = TRIBO(sensorless, use)(&params->loop.feedforward, &configs->feedforward, &configs->sensorless);
     }
     if (set->method == PARAMS_METHOD_OFF)
     {
-        tribo_force_loop_f32_config_t off = configs->loop;
-        off.gain                          = 0.0f;
-        return loop_setup(&params->loop, &off, set->drive.full_scale_n);
+        loop.gain = 0.0f;
     }
-#endif
-    return loop_setup(&params->loop, &configs->loop, set->drive.full_scale_n);
+    const tribo_status_t status = loop_setup(&params->loop, &loop, set->drive.full_scale_n);
+    params->loop.guard.on       = is_on;
+    return status;
 }
+#else
+static tribo_status_t set_up_loop(params_t *params, const configs_t *configs)
+{
+    return loop_setup(&params->loop, &configs->loop, params->set.drive.full_scale_n);
+}
+#endif
 
 /// Of several parameters together the inertia is named, of the whole cascade its first coefficient.
 static bool refuse_loop(params_error_t *error, const params_t *params, const configs_t *configs, tribo_status_t status)
@@ -523,13 +524,7 @@ bool params_make(params_t *params, const port_t *port, params_error_t *error)
     {
         return false;
     }
-    tribo_status_t status = set_up_loop(params, &configs);
-#if DRIVE_FEEDFORWARD
-    if (status == TRIBO_OK)
-    {
-        status = set_up_guard(params, &configs);
-    }
-#endif
+    const tribo_status_t status = set_up_loop(params, &configs);
     if (status != TRIBO_OK)
     {
         return refuse_loop(error, params, &configs, status);

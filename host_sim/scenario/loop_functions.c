@@ -4,42 +4,24 @@
 
 #define IN(loop) TRIBO_EITHER(&(loop)->in_f32, &(loop)->in_q31)
 
-static tribo_status_t init_params(sim_loop_t *loop, const common_loop_config_t *config)
-{
-    TRIBO_PART(sim_loop, t) *in = IN(loop);
-    const float full_scale_n    = (float)loop->full_scale_n;
-    if (config->is_sensorless)
-    {
-        return tribo_init_sensorless(&in->params,
-                                     in->table,
-                                     &in->feedforward,
-                                     &config->config,
-                                     &config->feedforward,
-                                     &config->sensorless,
-                                     full_scale_n);
-    }
-    return config->feeds_forward ? tribo_init_feedforward(&in->params,
-                                                          in->table,
-                                                          &in->feedforward,
-                                                          &config->config,
-                                                          &config->feedforward,
-                                                          full_scale_n)
-                                 : tribo_init_loop(&in->params, in->table, &config->config, full_scale_n);
-}
-
 static tribo_status_t init(sim_loop_t *loop, const common_loop_config_t *config)
 {
-    TRIBO_PART(sim_loop, t) *in = IN(loop);
-    tribo_status_t status       = init_params(loop, config);
-    if (status == TRIBO_OK && config->guarded)
+    TRIBO_PART(sim_loop, t) *in         = IN(loop);
+    tribo_force_loop_f32_config_t whole = config->config;
+    if (config->is_sensorless)
     {
-        in->params.guard = &in->guard_params;
-        status           = tribo_init_guard(&in->guard_params,
-                                  &config->guard,
-                                  config->config.sample_time_s,
-                                  (float)loop->full_scale_n);
+        whole.method = TRIBO(sensorless, use)(&in->feedforward, &config->feedforward, &config->sensorless);
     }
-    in->state.memory = config->feeds_forward ? &in->memory.state.tick : NULL;
+    else if (config->feeds_forward)
+    {
+        whole.method = TRIBO(feedforward, use)(&in->feedforward, &config->feedforward);
+    }
+    if (config->guarded)
+    {
+        whole.guard = TRIBO(guard, use)(&in->guard_params, &config->guard);
+    }
+    in->state.memory            = config->feeds_forward ? &in->memory.state.tick : NULL;
+    const tribo_status_t status = tribo_init_loop(&in->params, in->table, &whole, (float)loop->full_scale_n);
     return status == TRIBO_OK ? TRIBO(force_loop, start)(&in->state, &in->params, false) : status;
 }
 

@@ -98,13 +98,9 @@ tribo_status_t foreign_loop_open(foreign_loop_t *loop, const foreign_rig_t *rig,
     }
     if (status == TRIBO_OK)
     {
+        config.guard = TRIBO(guard, use)(&loop->guard, &tuned.guard);
         status = tribo_init_feedforward(&loop->params, NULL, &loop->feedforward, &config, &tuned.feedforward, scale);
     }
-    if (status == TRIBO_OK)
-    {
-        status = tribo_init_guard(&loop->guard, &tuned.guard, config.sample_time_s, scale);
-    }
-    loop->params.guard       = &loop->guard;
     loop->state.state.memory = &loop->state.memory.state.tick;
     return status == TRIBO_OK ? TRIBO(force_loop, start)(&loop->state.state, &loop->params, false) : status;
 }

@@ -585,11 +585,8 @@ static void test_set_up_refuses_a_belief_out_of_range(void)
     }
     method.jump_lead = 2.0f;
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_JUMP_LEAD, init(&x));
-    TEST_ASSERT_EQUAL_INT(
-        TRIBO_ERR_NULL,
-        TRIBO_EITHER(TRIBO(force_loop_sensorless, init)(&x.params, &x.own, &config, &method, NULL),
-                     TRIBO(force_loop_sensorless,
-                           init)(&x.params, x.table[0], &x.own, &config, &method, NULL, (float)FULL_SCALE_N, NULL)));
+    config.method = TRIBO(sensorless, use)(&x.own, &method, NULL);
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_init_loop(&x.params, x.table[0], &config, (float)FULL_SCALE_N));
 }
 
 // --- the force, from u alone ---------------------------------------------------------------------------------------

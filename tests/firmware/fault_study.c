@@ -126,15 +126,17 @@ static void fail(const char *what)
 
 static tribo_status_t set_up_loop(rig_t *rig, float full_scale_n)
 {
-    const common_loop_config_t *config = &rig->loop_config;
-    tribo_status_t              status =
-        config->feeds_forward ? loop_setup_feedforward(&rig->loop, &config->config, &config->feedforward, full_scale_n)
-                                           : loop_setup(&rig->loop, &config->config, full_scale_n);
-    if (status == TRIBO_OK && config->guarded)
+    const common_loop_config_t   *config = &rig->loop_config;
+    tribo_force_loop_f32_config_t whole  = config->config;
+    if (config->feeds_forward)
     {
-        status = loop_setup_guard(&rig->loop, &config->guard, true, config->config.sample_time_s, full_scale_n);
+        whole.method = TRIBO(feedforward, use)(&rig->loop.feedforward, &config->feedforward);
     }
-    return status;
+    if (config->guarded)
+    {
+        whole.guard = TRIBO(guard, use)(&rig->loop.guard, &config->guard);
+    }
+    return loop_setup(&rig->loop, &whole, full_scale_n);
 }
 
 static void open_drive(rig_t *rig, const method_t *method)

@@ -1278,8 +1278,10 @@ int main(void)
         return 1;
     }
 #if DRIVE_FEEDFORWARD
-    const tribo_feedforward_f32_config_t fed = tribo_feedforward_f32_default();
-    if (loop_setup_feedforward(&feedforward, &paper, &fed, BOARD_FULL_SCALE_N) != TRIBO_OK)
+    const tribo_feedforward_f32_config_t fed              = tribo_feedforward_f32_default();
+    tribo_force_loop_f32_config_t        with_feedforward = paper;
+    with_feedforward.method                               = TRIBO(feedforward, use)(&feedforward.feedforward, &fed);
+    if (loop_setup(&feedforward, &with_feedforward, BOARD_FULL_SCALE_N) != TRIBO_OK)
     {
         return 1;
     }

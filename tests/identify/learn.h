@@ -26,7 +26,8 @@ static inline tribo_status_t learn_init(learn_t *learn, tribo_breakaway_f32_t be
     config.compensator.friction.negative        = belief;
     *learn = (learn_t){.offset = (double)belief.offset_n, .slope = (double)belief.slope};
     tribo_feedforward_f32_reset(&learn->memory.state);
-    return tribo_force_loop_feedforward_f32_init(&learn->loop, &learn->params, &config, &method);
+    config.method = tribo_feedforward_f32_use(&learn->params, &method);
+    return tribo_force_loop_f32_init(&learn->loop, &config);
 }
 
 /// After each tick, with u as applied and the sensor's y: step 8 of docs/feedforward.md, without noise.

@@ -193,13 +193,12 @@ static bool run_f32(const scenario_t *scenario)
               tribo_biquad_f32_init(&filter, sensor, 1) == TRIBO_OK;
     for (int i = 0; i < 3; i++)
     {
-        const tribo_force_loop_f32_config_t config = config_of(scenario, i);
-        ok                                         = ok && tribo_force_loop_f32_init(&params[i], &config) == TRIBO_OK;
+        tribo_force_loop_f32_config_t config = config_of(scenario, i);
         if (feeds_forward(scenario, i))
         {
-            ok = ok &&
-                 tribo_force_loop_feedforward_f32_init(&params[i], &feedforward[i], &config, &standard) == TRIBO_OK;
+            config.method = tribo_feedforward_f32_use(&feedforward[i], &standard);
         }
+        ok = ok && tribo_force_loop_f32_init(&params[i], &config) == TRIBO_OK;
     }
     tribo_feedforward_f32_reset(&memory.state); // of params that come later, too
     state.memory = &memory.state.tick;
@@ -284,20 +283,19 @@ static bool run_q31(const scenario_t *scenario)
         tribo_force_loop_f32_config_t config = config_of(scenario, i);
         config.input_max_n                   = 1.9f;
         config.usual_force_n                 = 0.475f;
-        ok = ok && tribo_force_loop_q31_init(&params[i], points[i], &config, 2.0f, &headroom) == TRIBO_OK;
+        if (feeds_forward(scenario, i))
+        {
+            config.method = tribo_feedforward_q31_use(&feedforward[i], &standard);
+        }
+        const tribo_force_loop_q31_config_t whole = {.loop         = config,
+                                                     .full_scale_n = 2.0f,
+                                                     .table        = points[i],
+                                                     .headroom     = &headroom};
+
+        ok = ok && tribo_force_loop_q31_init(&params[i], &whole) == TRIBO_OK;
         for (int j = 0; ok && j < 4; j++)
         {
             hash_float(headroom.output[j]);
-        }
-        if (feeds_forward(scenario, i))
-        {
-            ok = ok && tribo_force_loop_feedforward_q31_init(&params[i],
-                                                             points[i],
-                                                             &feedforward[i],
-                                                             &config,
-                                                             &standard,
-                                                             2.0f,
-                                                             NULL) == TRIBO_OK;
         }
     }
     tribo_feedforward_q31_reset(&memory.state); // of params that come later, too

@@ -115,9 +115,10 @@ int main(void)
     static tribo_force_loop_q31_params_t q31;
     static tribo_biquad_f32_state_t      f32_state;
     static tribo_biquad_q31_state_t      q31_state;
-    const tribo_force_loop_f32_config_t  config = tribo_force_loop_f32_paper();
+    const tribo_force_loop_f32_config_t  config     = tribo_force_loop_f32_paper();
+    const tribo_force_loop_q31_config_t  config_q31 = {.loop = config, .full_scale_n = FULL_SCALE_N};
     if (tribo_force_loop_f32_init(&f32, &config) != TRIBO_OK ||
-        tribo_force_loop_q31_init(&q31, NULL, &config, FULL_SCALE_N, NULL) != TRIBO_OK)
+        tribo_force_loop_q31_init(&q31, &config_q31) != TRIBO_OK)
     {
         return 1;
     }

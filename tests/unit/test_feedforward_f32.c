@@ -83,16 +83,17 @@ static void test_the_bound_of_inputs_scales_nothing(void)
 {
     tribo_force_loop_f32_config_t loop_config = tribo_force_loop_f32_paper();
     tribo_force_loop_f32_params_t loop;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
+    loop_config.method = tribo_feedforward_f32_use(&params, &config);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&loop, &loop_config));
     const tribo_feedforward_f32_params_t before = params;
     loop_config.input_max_n                     = 2000.0f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&loop, &loop_config));
     TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.157f, params.learning.breakaway_n); // of a quarter of the largest command
     params.input_max  = before.input_max;
     params.offset_max = before.offset_max;
     TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof params);
     loop_config.controller.u_min_n = -4.0f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&loop, &loop_config));
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.307f, params.learning.breakaway_n);
 }
 
@@ -147,7 +148,9 @@ static void test_feedforward_init_names_the_field(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_feedforward_f32_init(&params, &config, NULL, &friction, 2.0f, 0.5f, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
                           tribo_feedforward_f32_init(&params, &config, &model.arm, NULL, 2.0f, 0.5f, H));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_feedforward_f32_init(NULL, &params, &loop, &config));
+    loop.method = tribo_feedforward_f32_use(NULL, &config);
+    tribo_force_loop_f32_params_t made;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_f32_init(&made, &loop));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_SAMPLE_TIME, init(2.0f, 0.2f));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_INPUT_MAX, init(0.0f, H));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_USUAL_FORCE,
@@ -190,8 +193,9 @@ static void test_what_was_learned_at_a_bad_force_is_that_at_0(void)
     tribo_force_loop_f32_config_t  loop_config = tribo_force_loop_f32_paper();
     tribo_force_loop_f32_params_t  loop;
     tribo_feedforward_f32_memory_t memory;
+    loop_config.method = tribo_feedforward_f32_use(&params, &config);
     tribo_feedforward_f32_reset(&memory.state);
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&loop, &loop_config));
     for (uint32_t d = 0; d < 2u; d++)
     {
         for (int i = 0; i < 5; i++)
@@ -210,9 +214,10 @@ static void test_a_state_that_is_no_number_starts_anew_or_heals(void)
     static tribo_force_loop_f32_params_t  loop;
     static tribo_force_loop_f32_state_t   running;
     static tribo_feedforward_f32_memory_t memory;
+    loop_config.method = tribo_feedforward_f32_use(&params, &config);
     for (size_t at = 0; at < sizeof memory.state / sizeof(float); at++)
     {
-        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&loop, &params, &loop_config, &config));
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&loop, &loop_config));
         running.memory = &memory.state.tick;
         TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_start(&running, &loop, false));
         float y = 0.3f;

@@ -25,12 +25,17 @@ static tribo_status_t init(float input_max, float full_scale)
     return tribo_feedforward_q31_init(&params, &config, arm, &friction, input_max, 0.5f, H, full_scale);
 }
 
+static void init_with(tribo_loop_part_t method)
+{
+    tribo_force_loop_q31_config_t whole = {.loop = loop_config, .full_scale_n = FS, .table = table};
+    whole.loop.method                   = method;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&loop, &whole));
+}
+
 /// Params of a loop, whose method runs without it.
 static void init_loop(void)
 {
-    TEST_ASSERT_EQUAL_INT(
-        TRIBO_OK,
-        tribo_force_loop_feedforward_q31_init(&loop, table, &params, &loop_config, &config, FS, NULL));
+    init_with(tribo_feedforward_q31_use(&params, &config));
     tribo_feedforward_q31_reset(&memory.state);
 }
 
@@ -172,9 +177,7 @@ static void test_no_sum_overflows_with_flipped_bits(void)
 {
     const tribo_sensorless_f32_config_t sensorless = tribo_sensorless_f32_default();
     run_with_flipping_bits(loop.method);
-    TEST_ASSERT_EQUAL_INT(
-        TRIBO_OK,
-        tribo_force_loop_sensorless_q31_init(&loop, table, &params, &loop_config, &config, &sensorless, FS, NULL));
+    init_with(tribo_sensorless_q31_use(&params, &config, &sensorless));
     run_with_flipping_bits(loop.method);
 }
 

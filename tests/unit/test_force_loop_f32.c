@@ -1,4 +1,5 @@
 #include "tribo/feedforward_f32.h"
+#include "tribo/force_loop_q31.h"
 #include "tribo/paper_controller.h"
 
 #include "same.h"
@@ -218,16 +219,33 @@ static void test_loop_with_a_feedforward_init_writes_nothing_unless_ok(void)
     memset(&made, 0x5a, sizeof made);
     untouched         = params;
     feedforward.trust = 1.1f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_feedforward_f32_init(NULL, &made, &config, &feedforward));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_TRUST,
-                          tribo_force_loop_feedforward_f32_init(&params, &made, &config, &feedforward));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_feedforward_f32_init(&params, &made, NULL, &feedforward));
+    config.method     = tribo_feedforward_f32_use(&made, &feedforward);
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_f32_init(NULL, &config));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_TRUST, tribo_force_loop_f32_init(&params, &config));
     TEST_ASSERT_EQUAL_MEMORY(&untouched, &params, sizeof params);
     TEST_ASSERT_EACH_EQUAL_HEX8(0x5a, &made, sizeof made);
     feedforward.trust = 0.5f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&params, &made, &config, &feedforward));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&params, &config));
     TEST_ASSERT_EQUAL_PTR(&made.method, params.method);
     TEST_ASSERT_EQUAL_PTR(&made, tribo_feedforward_f32_of(&params));
+    TEST_ASSERT_NULL(params.guard);
+}
+
+static void test_loop_init_makes_its_guard_and_refuses_a_part_of_q31(void)
+{
+    tribo_guard_f32_config_t limits = tribo_guard_f32_default();
+    tribo_guard_f32_params_t guard;
+    tribo_guard_q31_params_t other;
+    config.guard = tribo_guard_f32_use(&guard, &limits);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&params, &config));
+    TEST_ASSERT_EQUAL_PTR(&guard, params.guard);
+    TEST_ASSERT_FLOAT_WITHIN(1e-9f, limits.stray_n, guard.stray_n);
+    limits.stray_n = NAN;
+    check_refused(TRIBO_ERR_GUARD_STRAY);
+    config.guard = tribo_guard_f32_use(NULL, &limits);
+    check_refused(TRIBO_ERR_NULL);
+    config.guard = tribo_guard_q31_use(&other, &limits);
+    check_refused(TRIBO_ERR_PART);
 }
 
 int main(void)
@@ -241,5 +259,6 @@ int main(void)
     RUN_TEST(test_a_config_for_a_rig_is_refused_until_what_matters_is_given);
     RUN_TEST(test_loop_init_checks_every_field_and_passes_on_what_its_parts_refuse);
     RUN_TEST(test_loop_with_a_feedforward_init_writes_nothing_unless_ok);
+    RUN_TEST(test_loop_init_makes_its_guard_and_refuses_a_part_of_q31);
     return UNITY_END();
 }

@@ -46,11 +46,14 @@ static float tick_corrupt(float r, float y)
 {
     static tribo_feedforward_f32_params_t feedforward;
     static tribo_feedforward_f32_memory_t memory;
-    const tribo_force_loop_f32_config_t   config = tribo_force_loop_f32_paper();
+    tribo_force_loop_f32_config_t         config = tribo_force_loop_f32_paper();
     const tribo_feedforward_f32_config_t  method = tribo_feedforward_f32_default();
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_feedforward_f32_init(&params, &feedforward, &config, &method));
-    params.guard = &guard_params;
-    loop.memory  = &memory.state.tick;
+    const tribo_guard_f32_config_t        limits = tribo_guard_f32_default();
+
+    config.method = tribo_feedforward_f32_use(&feedforward, &method);
+    config.guard  = tribo_guard_f32_use(&guard_params, &limits);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&params, &config));
+    loop.memory = &memory.state.tick;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_start(&loop, &params, false));
     for (int k = 0; k < 100; k++)
     {

@@ -17,7 +17,8 @@ static tribo_force_loop_q31_signals_t seen;
 
 static tribo_status_t init(tribo_force_loop_q31_params_t *out)
 {
-    return tribo_force_loop_q31_init(out, NULL, &config, FULL_SCALE, NULL);
+    const tribo_force_loop_q31_config_t whole = {.loop = config, .full_scale_n = FULL_SCALE};
+    return tribo_force_loop_q31_init(out, &whole);
 }
 
 void setUp(void)
@@ -127,27 +128,36 @@ static void test_loop_with_a_feedforward_init_writes_nothing_unless_ok(void)
     tribo_headroom_q31_t           headroom = {.input = -1.0f};
     memset(&params, 0x5a, sizeof params);
     memset(&made, 0x5a, sizeof made);
-    untouched         = params;
-    feedforward.trust = 1.1f;
-    TEST_ASSERT_EQUAL_INT(
-        TRIBO_ERR_NULL,
-        tribo_force_loop_feedforward_q31_init(NULL, NULL, &made, &config, &feedforward, 2.0f, &headroom));
-    TEST_ASSERT_EQUAL_INT(
-        TRIBO_ERR_TRUST,
-        tribo_force_loop_feedforward_q31_init(&params, NULL, &made, &config, &feedforward, 2.0f, &headroom));
-    TEST_ASSERT_EQUAL_INT(
-        TRIBO_ERR_NULL,
-        tribo_force_loop_feedforward_q31_init(&params, NULL, &made, NULL, &feedforward, 2.0f, &headroom));
+    untouched                           = params;
+    feedforward.trust                   = 1.1f;
+    tribo_force_loop_q31_config_t whole = {.loop = config, .full_scale_n = 2.0f, .headroom = &headroom};
+    whole.loop.method                   = tribo_feedforward_q31_use(&made, &feedforward);
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_q31_init(NULL, &whole));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_TRUST, tribo_force_loop_q31_init(&params, &whole));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_q31_init(&params, NULL));
     TEST_ASSERT_EQUAL_MEMORY(&untouched, &params, sizeof params);
     TEST_ASSERT_EACH_EQUAL_HEX8(0x5a, &made, sizeof made);
     TEST_ASSERT_TRUE(headroom.input == -1.0f);
     feedforward.trust = 0.5f;
-    TEST_ASSERT_EQUAL_INT(
-        TRIBO_OK,
-        tribo_force_loop_feedforward_q31_init(&params, NULL, &made, &config, &feedforward, 2.0f, &headroom));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&params, &whole));
     TEST_ASSERT_EQUAL_PTR(&made.method, params.method);
     TEST_ASSERT_EQUAL_PTR(&made, tribo_feedforward_q31_of(&params));
     TEST_ASSERT_TRUE(headroom.input > 0.0f);
+    TEST_ASSERT_NULL(params.guard);
+}
+
+static void test_loop_init_makes_its_guard_and_refuses_a_part_of_f32(void)
+{
+    tribo_guard_f32_config_t limits = tribo_guard_f32_default();
+    tribo_guard_q31_params_t guard;
+    tribo_guard_f32_params_t other;
+    config.guard = tribo_guard_q31_use(&guard, &limits);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&params));
+    TEST_ASSERT_EQUAL_PTR(&guard, params.guard);
+    limits.turn_n = 0.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_GUARD_TURN, init(&params));
+    config.guard = tribo_guard_f32_use(&other, &limits);
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_PART, init(&params));
 }
 
 static void test_loop_reset_clears_the_counts_of_saturations(void)
@@ -168,5 +178,6 @@ int main(void)
     RUN_TEST(test_loop_stays_within_its_limits_whatever_comes);
     RUN_TEST(test_loop_reset_clears_the_counts_of_saturations);
     RUN_TEST(test_loop_with_a_feedforward_init_writes_nothing_unless_ok);
+    RUN_TEST(test_loop_init_makes_its_guard_and_refuses_a_part_of_f32);
     return UNITY_END();
 }

@@ -44,7 +44,11 @@ typedef struct
 
 static tribo_status_t init(written_t *out)
 {
-    return tribo_force_loop_q31_init(&out->params, out->table, &config, full_scale, &out->headroom);
+    const tribo_force_loop_q31_config_t whole = {.loop         = config,
+                                                 .full_scale_n = full_scale,
+                                                 .table        = out->table,
+                                                 .headroom     = &out->headroom};
+    return tribo_force_loop_q31_init(&out->params, &whole);
 }
 
 static void check_refused(tribo_status_t status)
@@ -105,12 +109,13 @@ static void test_quantize_takes_a_full_scale_from_1e_3_to_1e6(void)
 
 static void test_quantize_checks_pointers(void)
 {
-    written_t                     out;
-    tribo_friction_f32_config_t  *friction   = &config.compensator.friction;
-    tribo_controller_f32_config_t controller = config.controller;
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_q31_init(NULL, NULL, &config, 2.0f, NULL));
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_q31_init(&out.params, NULL, NULL, 2.0f, NULL));
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&out.params, NULL, &config, 2.0f, NULL));
+    written_t                           out;
+    tribo_friction_f32_config_t        *friction   = &config.compensator.friction;
+    tribo_controller_f32_config_t       controller = config.controller;
+    const tribo_force_loop_q31_config_t whole      = {.loop = config, .full_scale_n = 2.0f};
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_q31_init(NULL, &whole));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_force_loop_q31_init(&out.params, NULL));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_q31_init(&out.params, &whole));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_friction_q31_init(NULL, NULL, friction, 1e-3f, 2.0f));
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL,
                           tribo_friction_q31_init(&out.params.compensator.friction, NULL, NULL, 1e-3f, 2.0f));

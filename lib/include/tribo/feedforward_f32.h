@@ -247,7 +247,7 @@ tribo_feedforward_f32_config_t tribo_feedforward_f32_default(void);
 /// Checks `config` field by field and computes `params`. Breakaway at `usual_force_n` sets all widths; `input_max_n` bounds what is
 /// credible, and scales nothing else. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX,
 /// TRIBO_ERR_USUAL_FORCE, or the status of a row of TRIBO_FEEDFORWARD_PARAMETERS. Writes nothing unless TRIBO_OK. It leaves
-/// params.method empty: a loop runs only params that tribo_force_loop_feedforward_f32_init has made. Not for the tick.
+/// params.method empty: a loop runs only params that its own init has made. Not for the tick.
 tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *params,
                                           const tribo_feedforward_f32_config_t *config,
                                           const tribo_arm_f32_config_t         *arm,
@@ -293,13 +293,15 @@ void tribo_feedforward_f32_restore(tribo_feedforward_f32_state_t *state);
 /// Writes the functions of the feed-forward as a method of the force loop, for the first member of its params.
 void tribo_feedforward_f32_method(tribo_force_loop_f32_functions_t *functions);
 
-/// Makes `params` of a loop with the feed-forward, and `feedforward`, which must outlive them: they point to it. Returns
-/// TRIBO_OK or a status of tribo_force_loop_f32_init, then of tribo_feedforward_f32_init. Writes nothing unless TRIBO_OK. Not
-/// for the tick.
-tribo_status_t tribo_force_loop_feedforward_f32_init(tribo_force_loop_f32_params_t        *params,
-                                                     tribo_feedforward_f32_params_t       *feedforward,
-                                                     const tribo_force_loop_f32_config_t  *config,
-                                                     const tribo_feedforward_f32_config_t *feedforward_config);
+/// The feed-forward as the method of a loop's config: the loop's init makes `params` of `config`, with a status of
+/// tribo_feedforward_f32_init.
+///
+///     config.method = tribo_feedforward_f32_use(&feedforward, &feedforward_config);
+///     status        = tribo_force_loop_f32_init(&params, &config);
+///     loop.memory   = &memory.state.tick;
+///     status        = tribo_force_loop_f32_start(&loop, &params, false);
+tribo_loop_part_t tribo_feedforward_f32_use(tribo_feedforward_f32_params_t       *params,
+                                            const tribo_feedforward_f32_config_t *config);
 
 /// The feed-forward's params of a loop; null for another method.
 static inline const tribo_feedforward_f32_params_t *tribo_feedforward_f32_of(
@@ -334,13 +336,11 @@ typedef struct
 /// The default: believes low.
 tribo_sensorless_f32_config_t tribo_sensorless_f32_default(void);
 
-/// Makes `params` as the feed-forward's init does, for a loop without a sensor; of `feedforward_config` it uses the actuator's pole,
-/// reversal_n, jump_time_s and jump_lead. The memory is attached as the feed-forward's.
-tribo_status_t tribo_force_loop_sensorless_f32_init(tribo_force_loop_f32_params_t        *params,
-                                                    tribo_feedforward_f32_params_t       *feedforward,
-                                                    const tribo_force_loop_f32_config_t  *config,
-                                                    const tribo_feedforward_f32_config_t *feedforward_config,
-                                                    const tribo_sensorless_f32_config_t  *sensorless_config);
+/// As tribo_feedforward_f32_use, for a loop without a sensor; of `config` it uses the actuator's pole, reversal_n, jump_time_s and
+/// jump_lead. The memory is the feed-forward's.
+tribo_loop_part_t tribo_sensorless_f32_use(tribo_feedforward_f32_params_t       *params,
+                                           const tribo_feedforward_f32_config_t *config,
+                                           const tribo_sensorless_f32_config_t  *sensorless);
 
 /// Before a tick: the motion of the arm in it, intended and measured, each in widths of a reversal, e.g. a change of position over
 /// the travel that is surely a reversal and no noise, or a speed times h over that. 0 where there is none. Friction opposes the

@@ -177,30 +177,18 @@ static inline const tribo_feedforward_q31_params_t *tribo_feedforward_q31_of(
     return is_one ? (const tribo_feedforward_q31_params_t *)params->method : NULL; // its first member
 }
 
-/// A loop with the feed-forward, as tribo_force_loop_feedforward_f32_init: `params` will point to `feedforward`. `table` and
-/// `headroom` as for tribo_force_loop_q31_init. Returns TRIBO_OK or a status of that function, then of
-/// tribo_feedforward_q31_init. Writes `table` if the former succeeds.
-tribo_status_t tribo_force_loop_feedforward_q31_init(tribo_force_loop_q31_params_t        *params,
-                                                     tribo_breakaway_point_q31_t          *table,
-                                                     tribo_feedforward_q31_params_t       *feedforward,
-                                                     const tribo_force_loop_f32_config_t  *config,
-                                                     const tribo_feedforward_f32_config_t *feedforward_config,
-                                                     float                                 full_scale_n,
-                                                     tribo_headroom_q31_t                 *headroom);
+/// See the twin.
+tribo_loop_part_t tribo_feedforward_q31_use(tribo_feedforward_q31_params_t       *params,
+                                            const tribo_feedforward_f32_config_t *config);
 
 // --- without a force sensor; see the twin -----------------------------------------------------------------------------
 //
 // What u goes on from after a change of params is within full scale of the controller's output.
 
 /// See the twin.
-tribo_status_t tribo_force_loop_sensorless_q31_init(tribo_force_loop_q31_params_t        *params,
-                                                    tribo_breakaway_point_q31_t          *table,
-                                                    tribo_feedforward_q31_params_t       *feedforward,
-                                                    const tribo_force_loop_f32_config_t  *config,
-                                                    const tribo_feedforward_f32_config_t *feedforward_config,
-                                                    const tribo_sensorless_f32_config_t  *sensorless_config,
-                                                    float                                 full_scale_n,
-                                                    tribo_headroom_q31_t                 *headroom);
+tribo_loop_part_t tribo_sensorless_q31_use(tribo_feedforward_q31_params_t       *params,
+                                           const tribo_feedforward_f32_config_t *config,
+                                           const tribo_sensorless_f32_config_t  *sensorless);
 
 /// See the twin; widths in Q29. A tick of more than 3.9 widths is taken for none.
 void tribo_sensorless_q31_motion(tribo_feedforward_q31_memory_t *memory, int32_t intended, int32_t measured);

@@ -43,7 +43,34 @@
 extern "C" {
 #endif
 
+typedef struct tribo_force_loop_f32_config tribo_force_loop_f32_config_t;
+typedef struct tribo_force_loop_f32_params tribo_force_loop_f32_params_t;
+struct tribo_force_loop_q31_params;
+
+/// A method or a guard that a config names. The call that names it is all that links it: tribo_feedforward_f32_use,
+/// tribo_sensorless_f32_use, tribo_guard_f32_use and those of Q31. All 0: none.
+typedef struct tribo_loop_part
+{
+    /// Makes `params` of `config`, for the loop that is being made.
+    tribo_status_t (*make_f32)(const struct tribo_loop_part        *part,
+                               const tribo_force_loop_f32_config_t *loop,
+                               tribo_force_loop_f32_params_t       *made);
+    tribo_status_t (*make_q31)(const struct tribo_loop_part        *part,
+                               const tribo_force_loop_f32_config_t *loop,
+                               float                                full_scale_n,
+                               struct tribo_force_loop_q31_params  *made);
+    const void *config;
+    const void *sensorless; ///< of a method that has two
+    void       *params;
+} tribo_loop_part_t;
+
 typedef struct
+{
+    tribo_loop_part_t part;
+} tribo_loop_guard_t;
+
+/// Of a loop in either arithmetic.
+struct tribo_force_loop_f32_config
 {
     float sample_time_s; ///< of every tick, 1e-6 to 0.1 s
     float input_max_n;   ///< largest credible |r| and |y|, 1e-6 to 1e6 N
@@ -51,11 +78,11 @@ typedef struct
     float usual_force_n; ///< |F| around which the rig usually works, 0 to 1e6 N; 0: tribo_force_loop_f32_usual_force_n
     tribo_controller_f32_config_t  controller; ///< made for the same sample time
     tribo_compensator_f32_config_t compensator;
-} tribo_force_loop_f32_config_t;
+    tribo_loop_part_t              method; ///< all 0: the paper's; `config.method = tribo_feedforward_f32_use(...)`
+    tribo_loop_guard_t             guard;  ///< all 0: none; `config.guard = tribo_guard_f32_use(...)`
+};
 
 #define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 9 ///< of the params' fields and their meaning, for params made on a host
-
-typedef struct tribo_force_loop_f32_params tribo_force_loop_f32_params_t;
 
 /// Signals of one tick, for logging.
 typedef struct
@@ -169,7 +196,7 @@ struct tribo_force_loop_f32_params
     tribo_controller_f32_params_t        controller;
     tribo_compensator_f32_params_t       compensator;
     const tribo_force_loop_f32_method_t *method; ///< null: the paper's, by the compensator
-    const tribo_guard_f32_params_t      *guard;  ///< null: none. Set it after the init
+    const tribo_guard_f32_params_t      *guard;  ///< null: none
 };
 
 /// All that a tick leaves to the next. Zero it, name the memory, and start it.
@@ -209,8 +236,9 @@ static inline float tribo_force_loop_f32_usual_force_n(const tribo_force_loop_f3
 
 /// Checks `config` field by field and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL,
 /// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX, TRIBO_ERR_GAIN, TRIBO_ERR_USUAL_FORCE, or a status of tribo_controller_f32_init,
-/// TRIBO_ERR_PAPER_SAMPLE_TIME for the paper's controller at another sample time than its own, or a status of
-/// tribo_compensator_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
+/// TRIBO_ERR_PAPER_SAMPLE_TIME for the paper's controller at another sample time than its own, a status of
+/// tribo_compensator_f32_init, and then of the method and the guard, or TRIBO_ERR_PART for one of Q31. Writes no `params` unless
+/// TRIBO_OK. Params of method and guard must outlive `params`, which point to them. Not for the tick.
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
                                          const tribo_force_loop_f32_config_t *config);
 
@@ -260,7 +288,11 @@ tribo_guard_f32_config_t tribo_guard_f32_default(void);
 /// Parameters for a rig: breakaway at its usual force, lag from u to F, standard deviation of y, or 0 where that is unknown. Checks nothing.
 tribo_guard_f32_config_t tribo_guard_f32_tuned(float breakaway_n, float lag_s, float noise_n, float sample_time_s);
 
-/// Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME or that of a row of TRIBO_GUARD_PARAMETERS. Writes nothing unless TRIBO_OK. Not for the tick.
+/// A guard of a loop's config: the loop's init makes `params` of `config`.
+tribo_loop_guard_t tribo_guard_f32_use(tribo_guard_f32_params_t *params, const tribo_guard_f32_config_t *config);
+
+/// A guard beside a loop that is not this library's, with tribo_guard_f32_step. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME or
+/// that of a row of TRIBO_GUARD_PARAMETERS. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_guard_f32_init(tribo_guard_f32_params_t       *params,
                                     const tribo_guard_f32_config_t *config,
                                     float                           sample_time_s);

@@ -118,7 +118,7 @@ struct tribo_force_loop_q31_params
     tribo_controller_q31_params_t        controller;
     tribo_compensator_q31_params_t       compensator;
     const tribo_force_loop_q31_method_t *method; ///< null: the paper's, by the compensator
-    const tribo_guard_q31_params_t      *guard;  ///< null: none. Set it after the init
+    const tribo_guard_q31_params_t      *guard;  ///< null: none
 };
 
 /// As tribo_force_loop_f32_state_t.
@@ -136,14 +136,20 @@ typedef struct
     tribo_compensator_q31_state_t        compensator;
 } tribo_force_loop_q31_state_t;
 
-/// Makes `params` of a loop: `table` as for the friction, `headroom` (may be null) as for the controller. Returns TRIBO_OK,
-/// TRIBO_ERR_FULL_SCALE, a status of tribo_force_loop_f32_init, of tribo_controller_q31_init, or of tribo_compensator_q31_init.
-/// Writes only the table unless TRIBO_OK. Not for the tick.
+/// A loop's config in N, and what Q31 adds. Method and guard are those of Q31: `config.loop.method = tribo_feedforward_q31_use(...)`.
+typedef struct
+{
+    tribo_force_loop_f32_config_t loop;
+    float                         full_scale_n; ///< 2^31, 1e-3 to 1e6 N
+    tribo_breakaway_point_q31_t  *table;        ///< room for the points of a breakaway table; null where there is none
+    tribo_headroom_q31_t         *headroom;     ///< written by the init; null: not asked for
+} tribo_force_loop_q31_config_t;
+
+/// Makes `params` of a loop. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_FULL_SCALE, a status of tribo_force_loop_f32_init, of
+/// tribo_controller_q31_init, or of tribo_compensator_q31_init, and then of the method and the guard. Writes only the table, and params of
+/// method and guard, unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
-                                         tribo_breakaway_point_q31_t         *table,
-                                         const tribo_force_loop_f32_config_t *config,
-                                         float                                full_scale_n,
-                                         tribo_headroom_q31_t                *headroom);
+                                         const tribo_force_loop_q31_config_t *config);
 
 /// The same of tribo_force_loop_q31_init, in the units of `config`; of TRIBO_ERR_FULL_SCALE all 0.
 tribo_refusal_t tribo_force_loop_q31_refusal(tribo_status_t                       status,
@@ -188,7 +194,10 @@ void tribo_guard_q31_reset(tribo_guard_q31_state_t *state);
 /// Clears cause and history; the fade rises to 1 again.
 void tribo_guard_q31_restore(tribo_guard_q31_state_t *state);
 
-/// Makes `params` of the guard. Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE or a status of tribo_guard_f32_init; turn_n and stray_n
+/// As tribo_guard_f32_use.
+tribo_loop_guard_t tribo_guard_q31_use(tribo_guard_q31_params_t *params, const tribo_guard_f32_config_t *config);
+
+/// As tribo_guard_f32_init. Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE or a status of tribo_guard_f32_init; turn_n and stray_n
 /// are 1e-6 FS to under FS. Writes nothing unless TRIBO_OK.
 tribo_status_t tribo_guard_q31_init(tribo_guard_q31_params_t       *params,
                                     const tribo_guard_f32_config_t *config,

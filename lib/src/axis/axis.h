@@ -28,12 +28,10 @@ static tribo_status_t prepare(axis_params_t *params, const tribo_axis_f32_config
     tribo_status_t status = tribo_axis_config_expand(&parts, config);
     if (status == TRIBO_OK)
     {
-        status = axis_make_loop(&made, &parts, config, full_scale_n);
-    }
-    if (status == TRIBO_OK)
-    {
         const tribo_guard_f32_config_t guard = tribo_axis_config_guard(&parts, config);
-        status                               = axis_make_guard(&made, &guard, config->sample_time_s, full_scale_n);
+        parts.loop.method                    = NAME(feedforward, use)(&made.feedforward, &config->feedforward);
+        parts.loop.guard                     = NAME(guard, use)(&made.guard, &guard);
+        status                               = axis_make_loop(&made.loop, &parts.loop, full_scale_n);
     }
     if (status == TRIBO_OK)
     {

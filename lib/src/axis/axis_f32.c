@@ -5,22 +5,12 @@
 
 #define BLOB_VERSION TRIBO_AXIS_F32_BLOB_VERSION
 
-static tribo_status_t axis_make_loop(tribo_axis_f32_params_t       *made,
-                                     const axis_parts_t            *parts,
-                                     const tribo_axis_f32_config_t *config,
-                                     float                          full_scale_n)
+static tribo_status_t axis_make_loop(tribo_force_loop_f32_params_t       *params,
+                                     const tribo_force_loop_f32_config_t *loop,
+                                     float                                full_scale_n)
 {
     (void)full_scale_n;
-    return tribo_force_loop_feedforward_f32_init(&made->loop, &made->feedforward, &parts->loop, &config->feedforward);
-}
-
-static tribo_status_t axis_make_guard(tribo_axis_f32_params_t        *made,
-                                      const tribo_guard_f32_config_t *guard,
-                                      float                           sample_time_s,
-                                      float                           full_scale_n)
-{
-    (void)full_scale_n;
-    return tribo_guard_f32_init(&made->guard, guard, sample_time_s);
+    return tribo_force_loop_f32_init(params, loop);
 }
 
 static tribo_feedforward_learned_t axis_learned(const tribo_axis_f32_t *axis, uint32_t direction)

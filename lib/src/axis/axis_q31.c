@@ -7,26 +7,12 @@
 #define BLOB_VERSION TRIBO_AXIS_Q31_BLOB_VERSION
 #define PART_UNIT    (1.0f / 2147483648.0f) // Q31
 
-static tribo_status_t axis_make_loop(tribo_axis_q31_params_t       *made,
-                                     const axis_parts_t            *parts,
-                                     const tribo_axis_f32_config_t *config,
-                                     float                          full_scale_n)
+static tribo_status_t axis_make_loop(tribo_force_loop_q31_params_t       *params,
+                                     const tribo_force_loop_f32_config_t *loop,
+                                     float                                full_scale_n)
 {
-    return tribo_force_loop_feedforward_q31_init(&made->loop,
-                                                 NULL,
-                                                 &made->feedforward,
-                                                 &parts->loop,
-                                                 &config->feedforward,
-                                                 full_scale_n,
-                                                 NULL);
-}
-
-static tribo_status_t axis_make_guard(tribo_axis_q31_params_t        *made,
-                                      const tribo_guard_f32_config_t *guard,
-                                      float                           sample_time_s,
-                                      float                           full_scale_n)
-{
-    return tribo_guard_q31_init(&made->guard, guard, sample_time_s, full_scale_n);
+    const tribo_force_loop_q31_config_t config = {.loop = *loop, .full_scale_n = full_scale_n};
+    return tribo_force_loop_q31_init(params, &config);
 }
 
 static tribo_feedforward_learned_t axis_learned(const tribo_axis_q31_t *axis, uint32_t direction)

@@ -159,32 +159,31 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
     return TRIBO_OK;
 }
 
-tribo_status_t tribo_force_loop_feedforward_f32_init(tribo_force_loop_f32_params_t        *params,
-                                                     tribo_feedforward_f32_params_t       *feedforward,
-                                                     const tribo_force_loop_f32_config_t  *config,
-                                                     const tribo_feedforward_f32_config_t *feedforward_config)
+tribo_status_t tribo_feedforward_f32_make(const tribo_loop_part_t             *part,
+                                          const tribo_force_loop_f32_config_t *loop,
+                                          tribo_force_loop_f32_params_t       *made)
 {
-    tribo_force_loop_f32_params_t made;
-    if (params == NULL)
-    {
-        return TRIBO_ERR_NULL;
-    }
-    tribo_status_t status = tribo_force_loop_f32_init(&made, config);
+    tribo_feedforward_f32_params_t *const params = (tribo_feedforward_f32_params_t *)part->params;
+
+    const tribo_status_t status = tribo_feedforward_f32_init(params,
+                                                             (const tribo_feedforward_f32_config_t *)part->config,
+                                                             &loop->compensator.arm,
+                                                             &made->compensator.friction,
+                                                             loop->input_max_n,
+                                                             tribo_force_loop_f32_usual_force_n(loop),
+                                                             loop->sample_time_s);
     if (status == TRIBO_OK)
     {
-        status = tribo_feedforward_f32_init(feedforward,
-                                            feedforward_config,
-                                            &config->compensator.arm,
-                                            &made.compensator.friction,
-                                            config->input_max_n,
-                                            tribo_force_loop_f32_usual_force_n(config),
-                                            config->sample_time_s);
-    }
-    if (status == TRIBO_OK)
-    {
-        *params = made;
-        tribo_feedforward_f32_set_method(feedforward);
-        params->method = &feedforward->method;
+        tribo_feedforward_f32_set_method(params);
+        made->method = &params->method;
     }
     return status;
+}
+
+tribo_loop_part_t tribo_feedforward_f32_use(tribo_feedforward_f32_params_t       *params,
+                                            const tribo_feedforward_f32_config_t *config)
+{
+    tribo_loop_part_t part = {.config = config, .params = params};
+    part.make_f32          = tribo_feedforward_f32_make;
+    return part;
 }

@@ -116,47 +116,35 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
     return TRIBO_OK;
 }
 
-tribo_status_t tribo_force_loop_feedforward_q31_init(tribo_force_loop_q31_params_t        *params,
-                                                     tribo_breakaway_point_q31_t          *table,
-                                                     tribo_feedforward_q31_params_t       *feedforward,
-                                                     const tribo_force_loop_f32_config_t  *config,
-                                                     const tribo_feedforward_f32_config_t *feedforward_config,
-                                                     float                                 full_scale_n,
-                                                     tribo_headroom_q31_t                 *headroom)
+tribo_status_t tribo_feedforward_q31_make(const tribo_loop_part_t             *part,
+                                          const tribo_force_loop_f32_config_t *loop,
+                                          float                                full_scale_n,
+                                          tribo_force_loop_q31_params_t       *made)
 {
-    tribo_force_loop_q31_params_t made;
-    tribo_headroom_q31_t          measured;
-    tribo_friction_f32_params_t   friction;
-    if (params == NULL)
-    {
-        return TRIBO_ERR_NULL;
-    }
-    tribo_status_t status = tribo_force_loop_q31_init(&made, table, config, full_scale_n, &measured);
+    tribo_feedforward_q31_params_t *const params = (tribo_feedforward_q31_params_t *)part->params;
+    tribo_friction_f32_params_t           friction;
+
+    (void)tribo_friction_f32_init(&friction, &loop->compensator.friction, loop->sample_time_s); // as for the loop
+    const tribo_status_t status = tribo_feedforward_q31_init(params,
+                                                             (const tribo_feedforward_f32_config_t *)part->config,
+                                                             &loop->compensator.arm,
+                                                             &friction,
+                                                             loop->input_max_n,
+                                                             tribo_force_loop_f32_usual_force_n(loop),
+                                                             loop->sample_time_s,
+                                                             full_scale_n);
     if (status == TRIBO_OK)
     {
-        status = tribo_friction_f32_init(&friction, &config->compensator.friction, config->sample_time_s);
+        tribo_feedforward_q31_set_method(params);
+        made->method = &params->method;
     }
-    if (status == TRIBO_OK)
-    {
-        status = tribo_feedforward_q31_init(feedforward,
-                                            feedforward_config,
-                                            &config->compensator.arm,
-                                            &friction,
-                                            config->input_max_n,
-                                            tribo_force_loop_f32_usual_force_n(config),
-                                            config->sample_time_s,
-                                            full_scale_n);
-    }
-    if (status != TRIBO_OK)
-    {
-        return status;
-    }
-    if (headroom != NULL)
-    {
-        *headroom = measured;
-    }
-    *params = made;
-    tribo_feedforward_q31_set_method(feedforward);
-    params->method = &feedforward->method;
-    return TRIBO_OK;
+    return status;
+}
+
+tribo_loop_part_t tribo_feedforward_q31_use(tribo_feedforward_q31_params_t       *params,
+                                            const tribo_feedforward_f32_config_t *config)
+{
+    tribo_loop_part_t part = {.config = config, .params = params};
+    part.make_q31          = tribo_feedforward_q31_make;
+    return part;
 }

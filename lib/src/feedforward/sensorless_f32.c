@@ -30,25 +30,34 @@ tribo_sensorless_f32_config_t tribo_sensorless_f32_default(void)
     return standard;
 }
 
-tribo_status_t tribo_force_loop_sensorless_f32_init(tribo_force_loop_f32_params_t        *params,
-                                                    tribo_feedforward_f32_params_t       *feedforward,
-                                                    const tribo_force_loop_f32_config_t  *config,
-                                                    const tribo_feedforward_f32_config_t *feedforward_config,
-                                                    const tribo_sensorless_f32_config_t  *sensorless_config)
+static tribo_status_t part_make(const tribo_loop_part_t             *part,
+                                const tribo_force_loop_f32_config_t *loop,
+                                tribo_force_loop_f32_params_t       *made)
 {
-    if (sensorless_config == NULL)
+    const tribo_sensorless_f32_config_t *const sensorless = (const tribo_sensorless_f32_config_t *)part->sensorless;
+    if (sensorless == NULL)
     {
         return TRIBO_ERR_NULL;
     }
-    tribo_status_t status = PARAMETERS_CHECK(tribo_sensorless_parameters, sensorless_config);
+    tribo_status_t status = PARAMETERS_CHECK(tribo_sensorless_parameters, sensorless);
     if (status == TRIBO_OK)
     {
-        status = tribo_force_loop_feedforward_f32_init(params, feedforward, config, feedforward_config);
+        status = tribo_feedforward_f32_make(part, loop, made);
     }
     if (status == TRIBO_OK)
     {
-        feedforward->trust            = sensorless_config->belief;
-        feedforward->method.functions = tribo_sensorless_f32_method;
+        params_t *const params   = (params_t *)part->params;
+        params->trust            = sensorless->belief;
+        params->method.functions = tribo_sensorless_f32_method;
     }
     return status;
+}
+
+tribo_loop_part_t tribo_sensorless_f32_use(tribo_feedforward_f32_params_t       *params,
+                                           const tribo_feedforward_f32_config_t *config,
+                                           const tribo_sensorless_f32_config_t  *sensorless)
+{
+    tribo_loop_part_t part = {.config = config, .sensorless = sensorless, .params = params};
+    part.make_f32          = part_make;
+    return part;
 }

@@ -22,34 +22,35 @@ static float number_of_sum(wide_t x)
 
 #include "sensorless.h"
 
-tribo_status_t tribo_force_loop_sensorless_q31_init(tribo_force_loop_q31_params_t        *params,
-                                                    tribo_breakaway_point_q31_t          *table,
-                                                    tribo_feedforward_q31_params_t       *feedforward,
-                                                    const tribo_force_loop_f32_config_t  *config,
-                                                    const tribo_feedforward_f32_config_t *feedforward_config,
-                                                    const tribo_sensorless_f32_config_t  *sensorless_config,
-                                                    float                                 full_scale_n,
-                                                    tribo_headroom_q31_t                 *headroom)
+static tribo_status_t part_make(const tribo_loop_part_t             *part,
+                                const tribo_force_loop_f32_config_t *loop,
+                                float                                full_scale_n,
+                                tribo_force_loop_q31_params_t       *made)
 {
-    if (sensorless_config == NULL)
+    const tribo_sensorless_f32_config_t *const sensorless = (const tribo_sensorless_f32_config_t *)part->sensorless;
+    if (sensorless == NULL)
     {
         return TRIBO_ERR_NULL;
     }
-    tribo_status_t status = PARAMETERS_CHECK(tribo_sensorless_parameters, sensorless_config);
+    tribo_status_t status = PARAMETERS_CHECK(tribo_sensorless_parameters, sensorless);
     if (status == TRIBO_OK)
     {
-        status = tribo_force_loop_feedforward_q31_init(params,
-                                                       table,
-                                                       feedforward,
-                                                       config,
-                                                       feedforward_config,
-                                                       full_scale_n,
-                                                       headroom);
+        status = tribo_feedforward_q31_make(part, loop, full_scale_n, made);
     }
     if (status == TRIBO_OK)
     {
-        feedforward->trust            = fixed_unsigned(sensorless_config->belief, 32);
-        feedforward->method.functions = tribo_sensorless_q31_method;
+        params_t *const params   = (params_t *)part->params;
+        params->trust            = fixed_unsigned(sensorless->belief, 32);
+        params->method.functions = tribo_sensorless_q31_method;
     }
     return status;
+}
+
+tribo_loop_part_t tribo_sensorless_q31_use(tribo_feedforward_q31_params_t       *params,
+                                           const tribo_feedforward_f32_config_t *config,
+                                           const tribo_sensorless_f32_config_t  *sensorless)
+{
+    tribo_loop_part_t part = {.config = config, .sensorless = sensorless, .params = params};
+    part.make_q31          = part_make;
+    return part;
 }

@@ -4,6 +4,7 @@
 
 #include "../number/ranges.h"
 #include "loop_f32.h"
+#include "prepare.h"
 
 #include <stddef.h>
 
@@ -49,10 +50,10 @@ static bool is_papers(const tribo_controller_f32_config_t *config)
     return same;
 }
 
-tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
-                                         const tribo_force_loop_f32_config_t *config)
+tribo_status_t tribo_force_loop_f32_prepare(tribo_force_loop_f32_params_t       *params,
+                                            const tribo_force_loop_f32_config_t *config)
 {
-    if (params == NULL || config == NULL)
+    if (config == NULL)
     {
         return TRIBO_ERR_NULL;
     }
@@ -70,6 +71,42 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
     if (status == TRIBO_OK)
     {
         status = tribo_compensator_f32_init(&made.compensator, &config->compensator, config->sample_time_s);
+    }
+    if (status == TRIBO_OK)
+    {
+        *params = made;
+    }
+    return status;
+}
+
+/// A method or a guard; TRIBO_OK where there is none.
+static tribo_status_t make_part(const tribo_loop_part_t             *part,
+                                const tribo_force_loop_f32_config_t *config,
+                                tribo_force_loop_f32_params_t       *made)
+{
+    if (part->make_f32 != NULL)
+    {
+        return part->make_f32(part, config, made);
+    }
+    return part->make_q31 == NULL ? TRIBO_OK : TRIBO_ERR_PART;
+}
+
+tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
+                                         const tribo_force_loop_f32_config_t *config)
+{
+    if (params == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    tribo_force_loop_f32_params_t made;
+    tribo_status_t                status = tribo_force_loop_f32_prepare(&made, config);
+    if (status == TRIBO_OK)
+    {
+        status = make_part(&config->method, config, &made);
+    }
+    if (status == TRIBO_OK)
+    {
+        status = make_part(&config->guard.part, config, &made);
     }
     if (status == TRIBO_OK)
     {

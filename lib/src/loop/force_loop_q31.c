@@ -5,19 +5,30 @@
 #include "../number/fixed_q31.h"
 #include "../number/ranges.h"
 #include "loop_q31.h"
+#include "prepare.h"
 
-tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
-                                         tribo_breakaway_point_q31_t         *table,
-                                         const tribo_force_loop_f32_config_t *config,
-                                         float                                full_scale_n,
-                                         tribo_headroom_q31_t                *headroom)
+/// A method or a guard; TRIBO_OK where there is none.
+static tribo_status_t make_part(const tribo_loop_part_t             *part,
+                                const tribo_force_loop_q31_config_t *config,
+                                tribo_force_loop_q31_params_t       *made)
 {
-    tribo_force_loop_f32_params_t f32;
-    if (params == NULL)
+    if (part->make_q31 != NULL)
     {
-        return TRIBO_ERR_NULL;
+        return part->make_q31(part, &config->loop, config->full_scale_n, made);
     }
-    tribo_status_t status = tribo_force_loop_f32_init(&f32, config);
+    return part->make_f32 == NULL ? TRIBO_OK : TRIBO_ERR_PART;
+}
+
+/// All but the parts.
+static tribo_status_t prepare(tribo_force_loop_q31_params_t       *made,
+                              const tribo_force_loop_q31_config_t *config,
+                              tribo_headroom_q31_t                *headroom)
+{
+    const tribo_force_loop_f32_config_t *const loop         = &config->loop;
+    const float                                full_scale_n = config->full_scale_n;
+    tribo_force_loop_f32_params_t              f32;
+
+    tribo_status_t status = tribo_force_loop_f32_prepare(&f32, loop);
     if (status != TRIBO_OK)
     {
         return status;
@@ -26,28 +37,46 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     {
         return TRIBO_ERR_FULL_SCALE;
     }
-    if (!within(config->input_max_n / full_scale_n, FIXED_Q31_SMALLEST, 1.0f))
+    if (!within(loop->input_max_n / full_scale_n, FIXED_Q31_SMALLEST, 1.0f))
     {
         return TRIBO_ERR_INPUT_MAX;
     }
-    tribo_headroom_q31_t          measured;
-    tribo_force_loop_q31_params_t made = {.input_max = fixed_input_max(config->input_max_n, full_scale_n),
-                                          .gain      = fixed(f32.gain, LOOP_Q31_GAIN_FRACTION)};
+    *made  = (tribo_force_loop_q31_params_t){.input_max = fixed_input_max(loop->input_max_n, full_scale_n),
+                                             .gain      = fixed(f32.gain, LOOP_Q31_GAIN_FRACTION)};
+    status = tribo_controller_q31_init(&made->controller, &loop->controller, full_scale_n, headroom);
+    return status != TRIBO_OK ? status
+                              : tribo_compensator_q31_init(&made->compensator,
+                                                           config->table,
+                                                           &loop->compensator,
+                                                           loop->sample_time_s,
+                                                           full_scale_n);
+}
 
-    status = tribo_controller_q31_init(&made.controller, &config->controller, full_scale_n, &measured);
-    status = status != TRIBO_OK ? status
-                                : tribo_compensator_q31_init(&made.compensator,
-                                                             table,
-                                                             &config->compensator,
-                                                             config->sample_time_s,
-                                                             full_scale_n);
+tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
+                                         const tribo_force_loop_q31_config_t *config)
+{
+    if (params == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    tribo_headroom_q31_t          headroom;
+    tribo_force_loop_q31_params_t made;
+    tribo_status_t                status = prepare(&made, config, &headroom);
+    if (status == TRIBO_OK)
+    {
+        status = make_part(&config->loop.method, config, &made);
+    }
+    if (status == TRIBO_OK)
+    {
+        status = make_part(&config->loop.guard.part, config, &made);
+    }
     if (status != TRIBO_OK)
     {
         return status;
     }
-    if (headroom != NULL)
+    if (config->headroom != NULL)
     {
-        *headroom = measured;
+        *config->headroom = headroom;
     }
     *params = made;
     return TRIBO_OK;

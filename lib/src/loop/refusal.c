@@ -7,6 +7,7 @@
 #include "tribo/status.h"
 
 #include "../number/ieee_f32.h"
+#include "prepare.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -17,14 +18,18 @@ static tribo_status_t set_up_f32(const tribo_force_loop_f32_config_t *config, fl
 {
     tribo_force_loop_f32_params_t params;
     (void)full_scale_n;
-    return tribo_force_loop_f32_init(&params, config);
+    return tribo_force_loop_f32_prepare(&params, config);
 }
 
 static tribo_status_t set_up_q31(const tribo_force_loop_f32_config_t *config, float full_scale_n)
 {
     tribo_force_loop_q31_params_t params;
     tribo_breakaway_point_q31_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
-    return tribo_force_loop_q31_init(&params, table, config, full_scale_n, NULL);
+    tribo_force_loop_q31_config_t whole = {.loop = *config, .full_scale_n = full_scale_n, .table = table};
+
+    whole.loop.method = (tribo_loop_part_t){.config = NULL}; // what is about a list is refused before
+    whole.loop.guard  = (tribo_loop_guard_t){.part = {.config = NULL}};
+    return tribo_force_loop_q31_init(&params, &whole);
 }
 
 // The numbers of a section and then of a point, in the order of their structs.
