@@ -24,6 +24,9 @@
 extern "C" {
 #endif
 
+typedef struct tribo_axis_f32_params tribo_axis_f32_params_t;
+typedef struct tribo_axis_f32        tribo_axis_f32_t;
+
 typedef enum
 {
     TRIBO_CONTROLLER_NONE = 0, ///< refused
@@ -40,19 +43,6 @@ typedef struct
     uint32_t                          section_count;
 } tribo_axis_controller_t;
 
-/// v = kp e + ki times the integral of e, by the bilinear rule: newtons of u per newton of error, 1e-6 to 1e5, and that per second,
-/// 0 to 1e5 and times the sample time at most 2 kp. Friction is no part of it: tune it for the arm without friction.
-tribo_axis_controller_t tribo_pi(float kp, float ki_per_s);
-
-/// `count` sections for the axis' sample time, as tribo_controller_f32_config_t has them; read by the init alone.
-tribo_axis_controller_t tribo_sections(const tribo_biquad_f32_section_t *sections, uint32_t count);
-
-/// The paper's, for 1 ms and an arm like the paper's.
-tribo_axis_controller_t tribo_paper(void);
-
-/// None of the library's: use _error and _command.
-tribo_axis_controller_t tribo_own(void);
-
 typedef struct
 {
     float sample_time_s; ///< of every tick, 1e-6 to 0.1 s
@@ -68,26 +58,6 @@ typedef struct
     tribo_axis_controller_t        controller;
     tribo_feedforward_f32_config_t feedforward; ///< poles of actuator and sensor; the rest has its defaults
 } tribo_axis_f32_config_t;
-
-/// What is made of a config. Const once it is in use.
-typedef struct
-{
-    tribo_force_loop_f32_params_t  loop;
-    tribo_feedforward_f32_params_t feedforward;
-    tribo_guard_f32_params_t       guard;
-    float                          sample_time_s, full_scale_n, usual_force_n;
-    float                          breakaway_n; ///< as configured, at the usual force
-    uint32_t                       rig;         ///< of the numbers that what is learned refers to
-} tribo_axis_f32_params_t;
-
-typedef struct
-{
-    const tribo_axis_f32_params_t *active; ///< null before the init
-    tribo_axis_f32_params_t        params;
-    tribo_force_loop_f32_state_t   loop;
-    tribo_feedforward_f32_memory_t memory;
-    float                          excess_n;
-} tribo_axis_f32_t;
 
 /// For both arithmetics, in N.
 typedef struct
@@ -115,6 +85,19 @@ typedef struct
 } tribo_axis_f32_blob_t;
 
 #define TRIBO_AXIS_F32_BLOB_VERSION UINT32_C(0x54413132) ///< changes with the meaning of any bit
+
+/// v = kp e + ki times the integral of e, by the bilinear rule: newtons of u per newton of error, 1e-6 to 1e5, and that per second,
+/// 0 to 1e5 and times the sample time at most 2 kp. Friction is no part of it: tune it for the arm without friction.
+tribo_axis_controller_t tribo_pi(float kp, float ki_per_s);
+
+/// `count` sections for the axis' sample time, as tribo_controller_f32_config_t has them; read by the init alone.
+tribo_axis_controller_t tribo_sections(const tribo_biquad_f32_section_t *sections, uint32_t count);
+
+/// The paper's, for 1 ms and an arm like the paper's.
+tribo_axis_controller_t tribo_paper(void);
+
+/// None of the library's: use _error and _command.
+tribo_axis_controller_t tribo_own(void);
 
 /// The beginning: all that depends on the rig is 0 and refused, field by field. The feed-forward's other numbers are the defaults.
 tribo_axis_f32_config_t tribo_axis_f32_config(void);
@@ -158,6 +141,28 @@ void tribo_axis_f32_export(const tribo_axis_f32_t *axis, tribo_axis_f32_blob_t *
 /// Takes over what was learned, at any time after the init; u does not jump. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_AXIS_ORDER
 /// before the init, TRIBO_ERR_BLOB_VERSION, TRIBO_ERR_BLOB_CHECKSUM or TRIBO_ERR_BLOB_RIG; then nothing has changed.
 tribo_status_t tribo_axis_f32_import(tribo_axis_f32_t *axis, const tribo_axis_f32_blob_t *blob);
+
+// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+
+/// What is made of a config. Const once it is in use.
+struct tribo_axis_f32_params
+{
+    tribo_force_loop_f32_params_t  loop;
+    tribo_feedforward_f32_params_t feedforward;
+    tribo_guard_f32_params_t       guard;
+    float                          sample_time_s, full_scale_n, usual_force_n;
+    float                          breakaway_n; ///< as configured, at the usual force
+    uint32_t                       rig;         ///< of the numbers that what is learned refers to
+};
+
+struct tribo_axis_f32
+{
+    const tribo_axis_f32_params_t *active; ///< null before the init
+    tribo_axis_f32_params_t        params;
+    tribo_force_loop_f32_state_t   loop;
+    tribo_feedforward_f32_memory_t memory;
+    float                          excess_n;
+};
 
 #ifdef __cplusplus
 }

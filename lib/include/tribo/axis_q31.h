@@ -11,24 +11,8 @@
 extern "C" {
 #endif
 
-/// See the twin.
-typedef struct
-{
-    tribo_force_loop_q31_params_t  loop;
-    tribo_feedforward_q31_params_t feedforward;
-    tribo_guard_q31_params_t       guard;
-    float                          sample_time_s, full_scale_n, usual_force_n, breakaway_n;
-    uint32_t                       rig;
-} tribo_axis_q31_params_t;
-
-typedef struct
-{
-    const tribo_axis_q31_params_t *active; ///< null before the init
-    tribo_axis_q31_params_t        params;
-    tribo_force_loop_q31_state_t   loop;
-    tribo_feedforward_q31_memory_t memory;
-    int32_t                        excess;
-} tribo_axis_q31_t;
+typedef struct tribo_axis_q31_params tribo_axis_q31_params_t;
+typedef struct tribo_axis_q31        tribo_axis_q31_t;
 
 /// See the twin; the full scale is part of the rig.
 typedef struct
@@ -78,6 +62,27 @@ void tribo_axis_q31_export(const tribo_axis_q31_t *axis, tribo_axis_q31_blob_t *
 
 /// See the twin.
 tribo_status_t tribo_axis_q31_import(tribo_axis_q31_t *axis, const tribo_axis_q31_blob_t *blob);
+
+// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+
+/// See the twin.
+struct tribo_axis_q31_params
+{
+    tribo_force_loop_q31_params_t  loop;
+    tribo_feedforward_q31_params_t feedforward;
+    tribo_guard_q31_params_t       guard;
+    float                          sample_time_s, full_scale_n, usual_force_n, breakaway_n;
+    uint32_t                       rig;
+};
+
+struct tribo_axis_q31
+{
+    const tribo_axis_q31_params_t *active; ///< null before the init
+    tribo_axis_q31_params_t        params;
+    tribo_force_loop_q31_state_t   loop;
+    tribo_feedforward_q31_memory_t memory;
+    int32_t                        excess;
+};
 
 #ifdef __cplusplus
 }

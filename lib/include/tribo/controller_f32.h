@@ -30,6 +30,8 @@
 extern "C" {
 #endif
 
+typedef struct tribo_controller_f32_params tribo_controller_f32_params_t;
+
 #define TRIBO_BIQUAD_SECTIONS_MAX 4u
 
 /// A section in the delta operator. Stable when 0 < a2 < a1 and 4 - 2 a1 + a2 > 0: poles inside the unit circle. a2 = 0, one pole
@@ -51,6 +53,32 @@ typedef struct
      (float)(2.0 + (a1_)),                                                                                             \
      (float)(1.0 + (double)(a1_) + (a2_))}
 
+typedef struct
+{
+    const tribo_biquad_f32_section_t *sections;      ///< K(z), the first nearest to e; |b0| of each 1e-6 to 1e6
+    uint32_t                          section_count; ///< 1 to TRIBO_BIQUAD_SECTIONS_MAX
+    float                             u_min_n;       ///< -1e6 to 0 N
+    float                             u_max_n;       ///< 0 to 1e6 N, over u_min_n
+    /// Called by set-up, and by that in Q31, after at most 30,000 operations each time, e.g. to serve a watchdog. May be null.
+    void (*pause)(void);
+} tribo_controller_f32_config_t;
+
+/// Signals of one step, for logging.
+typedef struct
+{
+    float v_n;     ///< the cascade's output
+    float u_n;     ///< the limited sum
+    bool  limited; ///< u is not v + term
+} tribo_controller_f32_signals_t;
+
+/// Checks `config`, copies the sections and finds the anti-windup. Returns TRIBO_OK, TRIBO_ERR_NULL,
+/// TRIBO_ERR_SECTION_COUNT, TRIBO_ERR_SECTION_COEFFICIENT, TRIBO_ERR_SECTION_UNSTABLE, TRIBO_ERR_SECTION_FEEDTHROUGH,
+/// TRIBO_ERR_U_MIN, TRIBO_ERR_U_MAX or TRIBO_ERR_ANTI_WINDUP (see above). Writes nothing unless TRIBO_OK. Not for the tick.
+tribo_status_t tribo_controller_f32_init(tribo_controller_f32_params_t       *params,
+                                         const tribo_controller_f32_config_t *config);
+
+// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+
 /// The cascade of tribo_controller_f32_params_t.
 typedef struct
 {
@@ -70,43 +98,19 @@ typedef struct
     uint32_t                         bad_inputs; ///< since reset; stops at UINT32_MAX
 } tribo_biquad_f32_state_t;
 
-typedef struct
-{
-    const tribo_biquad_f32_section_t *sections;      ///< K(z), the first nearest to e; |b0| of each 1e-6 to 1e6
-    uint32_t                          section_count; ///< 1 to TRIBO_BIQUAD_SECTIONS_MAX
-    float                             u_min_n;       ///< -1e6 to 0 N
-    float                             u_max_n;       ///< 0 to 1e6 N, over u_min_n
-    /// Called by set-up, and by that in Q31, after at most 30,000 operations each time, e.g. to serve a watchdog. May be null.
-    void (*pause)(void);
-} tribo_controller_f32_config_t;
-
 /// Constants of a step, made by tribo_controller_f32_init. Const from then on; may be shared.
-typedef struct
+struct tribo_controller_f32_params
 {
     tribo_biquad_f32_params_t cascade;
     float                     anti_windup; ///< c / D
     float                     u_min_n, u_max_n;
-} tribo_controller_f32_params_t;
+};
 
 typedef struct
 {
     tribo_biquad_f32_state_t cascade;
     uint32_t                 limited_ticks; ///< since reset; stops at UINT32_MAX
 } tribo_controller_f32_state_t;
-
-/// Signals of one step, for logging.
-typedef struct
-{
-    float v_n;     ///< the cascade's output
-    float u_n;     ///< the limited sum
-    bool  limited; ///< u is not v + term
-} tribo_controller_f32_signals_t;
-
-/// Checks `config`, copies the sections and finds the anti-windup. Returns TRIBO_OK, TRIBO_ERR_NULL,
-/// TRIBO_ERR_SECTION_COUNT, TRIBO_ERR_SECTION_COEFFICIENT, TRIBO_ERR_SECTION_UNSTABLE, TRIBO_ERR_SECTION_FEEDTHROUGH,
-/// TRIBO_ERR_U_MIN, TRIBO_ERR_U_MAX or TRIBO_ERR_ANTI_WINDUP (see above). Writes nothing unless TRIBO_OK. Not for the tick.
-tribo_status_t tribo_controller_f32_init(tribo_controller_f32_params_t       *params,
-                                         const tribo_controller_f32_config_t *config);
 
 #ifdef __cplusplus
 }

@@ -16,6 +16,34 @@
 extern "C" {
 #endif
 
+typedef struct tribo_controller_q31_params tribo_controller_q31_params_t;
+
+/// Signals of one step, for logging.
+typedef struct
+{
+    int32_t v;       ///< the cascade's output, Q31, saturated
+    int32_t u;       ///< the limited sum, Q31
+    bool    limited; ///< u is not v + term
+} tribo_controller_q31_signals_t;
+
+/// Worst-case peaks as a fraction of full scale: L1 norms of the quantised cascade, and 2 % more. Of responses longer than 4096
+/// ticks an upper bound: see headroom_q31.c.
+typedef struct
+{
+    float input;                             ///< of the input node
+    float output[TRIBO_BIQUAD_SECTIONS_MAX]; ///< of each section's output node; 2^scale is above it
+} tribo_headroom_q31_t;
+
+/// Makes `params` of a controller. Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE, a status of tribo_controller_f32_init, or
+/// TRIBO_ERR_HEADROOM for a peak that is unbounded, whose response lasts for more than about 2^28 ticks, or that reaches 2^24
+/// full scales. `headroom` may be null. Costs up to 12 million instructions.
+tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *params,
+                                         const tribo_controller_f32_config_t *config,
+                                         float                                full_scale_n,
+                                         tribo_headroom_q31_t                *headroom);
+
+// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+
 typedef struct
 {
     int32_t b0, c1;     ///< Q28, with the scales of both nodes in them
@@ -48,44 +76,20 @@ typedef struct
 } tribo_biquad_q31_state_t;
 
 /// Constants of a step, made by tribo_controller_q31_init.
-typedef struct
+struct tribo_controller_q31_params
 {
     tribo_biquad_q31_params_t cascade;
     int32_t                   anti_windup; ///< c/D between the last and the input node: mantissa ...
     int32_t                   taken_max; ///< largest change of the last node by a limit; its correction fits every node
     int32_t                   u_min, u_max; ///< Q31
     uint8_t anti_windup_shift;              ///< ... and its exponent, 1 to 31: anti_windup 2^(anti_windup_shift - 32)
-} tribo_controller_q31_params_t;
+};
 
 typedef struct
 {
     tribo_biquad_q31_state_t cascade;       ///< with the values saturated in it
     uint32_t                 limited_ticks; ///< since reset; stops at UINT32_MAX
 } tribo_controller_q31_state_t;
-
-/// Signals of one step, for logging.
-typedef struct
-{
-    int32_t v;       ///< the cascade's output, Q31, saturated
-    int32_t u;       ///< the limited sum, Q31
-    bool    limited; ///< u is not v + term
-} tribo_controller_q31_signals_t;
-
-/// Worst-case peaks as a fraction of full scale: L1 norms of the quantised cascade, and 2 % more. Of responses longer than 4096
-/// ticks an upper bound: see headroom_q31.c.
-typedef struct
-{
-    float input;                             ///< of the input node
-    float output[TRIBO_BIQUAD_SECTIONS_MAX]; ///< of each section's output node; 2^scale is above it
-} tribo_headroom_q31_t;
-
-/// Makes `params` of a controller. Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE, a status of tribo_controller_f32_init, or
-/// TRIBO_ERR_HEADROOM for a peak that is unbounded, whose response lasts for more than about 2^28 ticks, or that reaches 2^24
-/// full scales. `headroom` may be null. Costs up to 12 million instructions.
-tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *params,
-                                         const tribo_controller_f32_config_t *config,
-                                         float                                full_scale_n,
-                                         tribo_headroom_q31_t                *headroom);
 
 #ifdef __cplusplus
 }

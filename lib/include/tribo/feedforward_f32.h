@@ -30,13 +30,156 @@
 extern "C" {
 #endif
 
-#define TRIBO_FEEDFORWARD_STOPS   2u ///< beside sigma
-#define TRIBO_FEEDFORWARD_WEIGHTS 3u ///< V_0 of sliding, V_1 and V_2 of the stops
-#define TRIBO_FEEDFORWARD_LEARNED 5u ///< and the load, c_0 and c_2 F
+typedef struct tribo_feedforward_f32_params tribo_feedforward_f32_params_t;
+typedef struct tribo_feedforward_f32_state  tribo_feedforward_f32_state_t;
+typedef struct tribo_feedforward_f32_memory tribo_feedforward_f32_memory_t;
 
 /// Directions, as in the laws of friction_f32.h.
 #define TRIBO_BREAKAWAY_POSITIVE 0u
 #define TRIBO_BREAKAWAY_NEGATIVE 1u
+
+/// 0 where "derived" is said: computed by the init from breakaway, poles and arm. B is the breakaway at the usual force.
+typedef struct
+{
+    float actuator_pole_rad_per_s; ///< p_a, 1e-3 to 1e6; times sample time 1e-9 to 50
+    float sensor_pole_rad_per_s;   ///< p_s, as p_a
+    float reversal_n;       ///< w, width of a reversal of r; the error at one is at least about w; 0: derived, B/314
+    float presliding_n;     ///< d, travel of F over which friction builds up; 0: derived, B/11
+    float jump_time_s;      ///< T_j, of a reversal of f; shorter than a tick: at once; 0: derived, 2.1 tau
+    float jump_lead;        ///< alpha, 0 to 1; part of the actuator's lag that a jump of f leads by
+    float trust;            ///< gamma, 0 to 1; part of the prior that is used before anything is learned
+    float forgetting_per_n; ///< Q; part of the prior variance that returns per newton; 0: derived, 0.0157/B
+    float still_time_s;     ///< T_q, 0 to 1e3; r stands after this time without motion; 0: never
+} tribo_feedforward_f32_config_t;
+
+/// Learned breakaway in one direction, of both arithmetics.
+typedef struct
+{
+    float L_n;               ///< at some force: V_0 L, and what does not reverse
+    float relative_variance; ///< of L in this direction, over the prior's
+    float travel_n;          ///< learned from, both ways; without a sensor widths of motion times reversal_n
+    bool  at_bound;          ///< learning has hit its limit, 0.2 or 3 times the configured value
+    bool  stays_at_bound;    ///< four consecutive reversals found it so; latched until reset or restore
+    bool
+        harms; ///< friction fed forward cost more effort than it saved, and was fed back; latched until reset or restore
+    uint32_t late;      ///< samples whose result was late
+    uint32_t forgotten; ///< times that a corrupt memory was reset
+} tribo_feedforward_learned_t;
+
+/// Defaults, for the paper's poles.
+tribo_feedforward_f32_config_t tribo_feedforward_f32_default(void);
+
+/// Checks `config` field by field and computes `params`. Breakaway at `usual_force_n` sets all widths; `input_max_n` bounds what is
+/// credible, and scales nothing else. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX,
+/// TRIBO_ERR_USUAL_FORCE, or the status of a row of TRIBO_FEEDFORWARD_PARAMETERS. Writes nothing unless TRIBO_OK. It leaves
+/// params.method empty: a loop runs only params that its own init has made. Not for the tick.
+tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *params,
+                                          const tribo_feedforward_f32_config_t *config,
+                                          const tribo_arm_f32_config_t         *arm,
+                                          const tribo_friction_f32_params_t    *friction,
+                                          float                                 input_max_n,
+                                          float                                 usual_force_n,
+                                          float                                 sample_time_s);
+
+/// T_j of tau, where jump_time_s is derived.
+#define TRIBO_FEEDFORWARD_JUMP_TIME 2.1f
+
+/// tau, s: the lag of actuator and arm. Of a config and an arm that the init takes.
+static inline float tribo_feedforward_f32_lag_s(const tribo_feedforward_f32_config_t *config,
+                                                const tribo_arm_f32_config_t         *arm)
+{
+    return 1.0f / config->actuator_pole_rad_per_s + arm->damping / arm->stiffness;
+}
+
+/// Forgets what was learned; the next good tick is the first. A start without `keep_learned` does it, too.
+void tribo_feedforward_f32_reset(tribo_feedforward_f32_state_t *state);
+
+/// Learns from the last sample, if the tick has posted one. True if it had. In the tick's own call, or in the background of the same core;
+/// from another core call it under a lock, or with barriers of your own. Some 2,000 floating-point operations every 10 ticks; without an
+/// FPU some 48,000 instructions.
+bool tribo_feedforward_f32_learn(const tribo_force_loop_f32_params_t *params, tribo_feedforward_f32_memory_t *memory);
+
+/// Learned breakaway in `direction` (TRIBO_BREAKAWAY_POSITIVE or _NEGATIVE) at the end-point force `force_n`, with the `params` of a loop
+/// with or without a sensor. A bad force counts as 0. Not for every tick.
+tribo_feedforward_learned_t tribo_feedforward_f32_learned(const tribo_force_loop_f32_params_t *params,
+                                                          const tribo_feedforward_f32_state_t *state,
+                                                          uint32_t                             direction,
+                                                          float                                force_n);
+
+/// Unlatches stays_at_bound and harms, and feeds friction forward; learned values stay.
+void tribo_feedforward_f32_restore(tribo_feedforward_f32_state_t *state);
+
+/// The feed-forward as the method of a loop's config: the loop's init makes `params` of `config`, with a status of
+/// tribo_feedforward_f32_init.
+///
+///     config.method = tribo_feedforward_f32_use(&feedforward, &feedforward_config);
+///     status        = tribo_force_loop_f32_init(&params, &config);
+///     loop.memory   = &memory.state.tick;
+///     status        = tribo_force_loop_f32_start(&loop, &params, false);
+tribo_loop_part_t tribo_feedforward_f32_use(tribo_feedforward_f32_params_t       *params,
+                                            const tribo_feedforward_f32_config_t *config);
+
+// --- without a force sensor -------------------------------------------------------------------------------------------
+//
+// For drives with current and encoder only:
+//
+//     u = limit(lin + f + lead - b)          f = belief V L(rs) sigma
+//
+// A method of the force loop: steps 2 to 6 with the stops left out, with the params and memory of the feed-forward. y is not used (give 0), and the
+// controller's output is taken out of u. b is 0, or what u goes on from after a change of params or of V, and fades with 0.3 s. It has no feedback: u is as right as V L is, so it believes low.
+//
+// r is the force that the arm shall have, or the effort of somebody else's position or velocity loop. With that, and wherever the
+// motion is known better than by r, tell it: tribo_sensorless_f32_motion.
+//
+// V is 1 until then. From then on it is the weight V_0 that two slides teach, one in each direction: from one reversal to the next
+// u does the work of friction and load, and of nothing else. tribo_feedforward_f32_learned shows it.
+//
+// No guard: it judges y. A corrupt memory is forgotten whole and counted. No loops, one division a tick, five at a reversal.
+
+typedef struct
+{
+    float belief; ///< part of the believed breakaway that is fed forward, 0 to 1
+} tribo_sensorless_f32_config_t;
+
+/// The default: believes low.
+tribo_sensorless_f32_config_t tribo_sensorless_f32_default(void);
+
+/// As tribo_feedforward_f32_use, for a loop without a sensor; of `config` it uses the actuator's pole, reversal_n, jump_time_s and
+/// jump_lead. The memory is the feed-forward's.
+tribo_loop_part_t tribo_sensorless_f32_use(tribo_feedforward_f32_params_t       *params,
+                                           const tribo_feedforward_f32_config_t *config,
+                                           const tribo_sensorless_f32_config_t  *sensorless);
+
+/// Before a tick: the motion of the arm in it, intended and measured, each in widths of a reversal, e.g. a change of position over
+/// the travel that is surely a reversal and no noise, or a speed times h over that. 0 where there is none. Friction opposes the
+/// intended motion; while that is at rest, the measured. In a tick without this call, r decides. Friction never jumps between them.
+///
+/// Friction is learned where the measured motion slides to and fro by 16 widths or more and r is the effort of the loop that moves it, so
+/// far as u is what the arm gets. Give 0 for it where a process opposes the motion. A tick of more than 1000 widths is taken for none.
+void tribo_sensorless_f32_motion(tribo_feedforward_f32_memory_t *memory, float intended, float measured);
+
+/// Of F, from u alone.
+typedef struct
+{
+    uint32_t runs;
+    float    lagged; ///< u behind the lag of actuator and arm, N
+    float    force;  ///< F^: an arm that sticks within L, N
+    float low, high; ///< the same with L times (1 - tolerance) to (1 + tolerance): F is between, beside the lag's error
+} tribo_force_estimate_f32_t;
+
+/// One tick with `u_n` as applied, by the params of a loop with or without a sensor. From runs = 0 any F is possible. A tolerance
+/// or a force that is not credible changes nothing.
+void tribo_force_estimate_f32_step(const tribo_force_loop_f32_params_t  *params,
+                                   const tribo_feedforward_f32_params_t *feedforward,
+                                   tribo_force_estimate_f32_t           *estimate,
+                                   float                                 tolerance,
+                                   float                                 u_n);
+
+// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+
+#define TRIBO_FEEDFORWARD_STOPS   2u ///< beside sigma
+#define TRIBO_FEEDFORWARD_WEIGHTS 3u ///< V_0 of sliding, V_1 and V_2 of the stops
+#define TRIBO_FEEDFORWARD_LEARNED 5u ///< and the load, c_0 and c_2 F
 
 #define TRIBO_FEEDFORWARD_BOUND_TURNS 4u ///< consecutive reversals at a bound of V_0 until it stays
 
@@ -58,20 +201,6 @@ typedef enum
     TRIBO_FEEDFORWARD_TAKE_OVER ///< the term of the last tick goes on
 } tribo_feedforward_offset_t;
 
-/// 0 where "derived" is said: computed by the init from breakaway, poles and arm. B is the breakaway at the usual force.
-typedef struct
-{
-    float actuator_pole_rad_per_s; ///< p_a, 1e-3 to 1e6; times sample time 1e-9 to 50
-    float sensor_pole_rad_per_s;   ///< p_s, as p_a
-    float reversal_n;       ///< w, width of a reversal of r; the error at one is at least about w; 0: derived, B/314
-    float presliding_n;     ///< d, travel of F over which friction builds up; 0: derived, B/11
-    float jump_time_s;      ///< T_j, of a reversal of f; shorter than a tick: at once; 0: derived, 2.1 tau
-    float jump_lead;        ///< alpha, 0 to 1; part of the actuator's lag that a jump of f leads by
-    float trust;            ///< gamma, 0 to 1; part of the prior that is used before anything is learned
-    float forgetting_per_n; ///< Q; part of the prior variance that returns per newton; 0: derived, 0.0157/B
-    float still_time_s;     ///< T_q, 0 to 1e3; r stands after this time without motion; 0: never
-} tribo_feedforward_f32_config_t;
-
 /// Constants of the learner, in N, for both arithmetics.
 typedef struct
 {
@@ -86,7 +215,7 @@ typedef struct
 } tribo_feedforward_learning_t;
 
 /// Constants of a tick, made by tribo_feedforward_f32_init. Const from then on; may be shared. Forces are in N.
-typedef struct
+struct tribo_feedforward_f32_params
 {
     tribo_force_loop_f32_method_t method; ///< for a loop with the feed-forward
     float                         input_max;
@@ -103,7 +232,7 @@ typedef struct
     float                         trust;                                ///< of the prior, before anything is learned
     uint32_t                      still_ticks, quick_ticks;             ///< 0 still_ticks: r never stands
     tribo_feedforward_learning_t  learning;
-} tribo_feedforward_f32_params_t;
+};
 
 /// What the tick uses of what is learned.
 typedef struct
@@ -164,7 +293,7 @@ typedef struct
 } tribo_feedforward_learner_t;
 
 /// All that a tick leaves to the next. Forces are in N.
-typedef struct
+struct tribo_feedforward_f32_state
 {
     tribo_force_loop_f32_tick_t      tick;          ///< what the loop reads
     uint8_t                          mode, rule;    ///< tribo_feedforward_mode_t, tribo_feedforward_offset_t
@@ -195,21 +324,7 @@ typedef struct
     tribo_feedforward_f32_weights_t  weights;
     tribo_feedforward_f32_exchange_t exchange;
     tribo_feedforward_learner_t      learner;
-} tribo_feedforward_f32_state_t;
-
-/// Learned breakaway in one direction, of both arithmetics.
-typedef struct
-{
-    float L_n;               ///< at some force: V_0 L, and what does not reverse
-    float relative_variance; ///< of L in this direction, over the prior's
-    float travel_n;          ///< learned from, both ways; without a sensor widths of motion times reversal_n
-    bool  at_bound;          ///< learning has hit its limit, 0.2 or 3 times the configured value
-    bool  stays_at_bound;    ///< four consecutive reversals found it so; latched until reset or restore
-    bool
-        harms; ///< friction fed forward cost more effort than it saved, and was fed back; latched until reset or restore
-    uint32_t late;      ///< samples whose result was late
-    uint32_t forgotten; ///< times that a corrupt memory was reset
-} tribo_feedforward_learned_t;
+};
 
 /// The work of another loop's effort over a slide. Travel is in widths of a reversal.
 typedef struct
@@ -235,44 +350,11 @@ typedef struct
 } tribo_feedforward_f32_motion_t;
 
 /// Memory of a feed-forward: `&memory.state.tick` is the memory of a loop.
-typedef struct
+struct tribo_feedforward_f32_memory
 {
     tribo_feedforward_f32_state_t  state;
     tribo_feedforward_f32_motion_t motion;
-} tribo_feedforward_f32_memory_t;
-
-/// Defaults, for the paper's poles.
-tribo_feedforward_f32_config_t tribo_feedforward_f32_default(void);
-
-/// Checks `config` field by field and computes `params`. Breakaway at `usual_force_n` sets all widths; `input_max_n` bounds what is
-/// credible, and scales nothing else. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX,
-/// TRIBO_ERR_USUAL_FORCE, or the status of a row of TRIBO_FEEDFORWARD_PARAMETERS. Writes nothing unless TRIBO_OK. It leaves
-/// params.method empty: a loop runs only params that its own init has made. Not for the tick.
-tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *params,
-                                          const tribo_feedforward_f32_config_t *config,
-                                          const tribo_arm_f32_config_t         *arm,
-                                          const tribo_friction_f32_params_t    *friction,
-                                          float                                 input_max_n,
-                                          float                                 usual_force_n,
-                                          float                                 sample_time_s);
-
-/// T_j of tau, where jump_time_s is derived.
-#define TRIBO_FEEDFORWARD_JUMP_TIME 2.1f
-
-/// tau, s: the lag of actuator and arm. Of a config and an arm that the init takes.
-static inline float tribo_feedforward_f32_lag_s(const tribo_feedforward_f32_config_t *config,
-                                                const tribo_arm_f32_config_t         *arm)
-{
-    return 1.0f / config->actuator_pole_rad_per_s + arm->damping / arm->stiffness;
-}
-
-/// Forgets what was learned; the next good tick is the first. A start without `keep_learned` does it, too.
-void tribo_feedforward_f32_reset(tribo_feedforward_f32_state_t *state);
-
-/// Learns from the last sample, if the tick has posted one. True if it had. In the tick's own call, or in the background of the same core;
-/// from another core call it under a lock, or with barriers of your own. Some 2,000 floating-point operations every 10 ticks; without an
-/// FPU some 48,000 instructions.
-bool tribo_feedforward_f32_learn(const tribo_force_loop_f32_params_t *params, tribo_feedforward_f32_memory_t *memory);
+};
 
 /// True while the learner has a sample: then leave reset and restore alone unless the caller is the one who learns.
 static inline bool tribo_feedforward_f32_is_learning(const tribo_feedforward_f32_state_t *state)
@@ -280,28 +362,8 @@ static inline bool tribo_feedforward_f32_is_learning(const tribo_feedforward_f32
     return state->exchange.owner == TRIBO_FEEDFORWARD_OWNER_LEARNER;
 }
 
-/// Learned breakaway in `direction` (TRIBO_BREAKAWAY_POSITIVE or _NEGATIVE) at the end-point force `force_n`, with the `params` of a loop
-/// with or without a sensor. A bad force counts as 0. Not for every tick.
-tribo_feedforward_learned_t tribo_feedforward_f32_learned(const tribo_force_loop_f32_params_t *params,
-                                                          const tribo_feedforward_f32_state_t *state,
-                                                          uint32_t                             direction,
-                                                          float                                force_n);
-
-/// Unlatches stays_at_bound and harms, and feeds friction forward; learned values stay.
-void tribo_feedforward_f32_restore(tribo_feedforward_f32_state_t *state);
-
 /// Writes the functions of the feed-forward as a method of the force loop, for the first member of its params.
 void tribo_feedforward_f32_method(tribo_force_loop_f32_functions_t *functions);
-
-/// The feed-forward as the method of a loop's config: the loop's init makes `params` of `config`, with a status of
-/// tribo_feedforward_f32_init.
-///
-///     config.method = tribo_feedforward_f32_use(&feedforward, &feedforward_config);
-///     status        = tribo_force_loop_f32_init(&params, &config);
-///     loop.memory   = &memory.state.tick;
-///     status        = tribo_force_loop_f32_start(&loop, &params, false);
-tribo_loop_part_t tribo_feedforward_f32_use(tribo_feedforward_f32_params_t       *params,
-                                            const tribo_feedforward_f32_config_t *config);
 
 /// The feed-forward's params of a loop; null for another method.
 static inline const tribo_feedforward_f32_params_t *tribo_feedforward_f32_of(
@@ -310,62 +372,6 @@ static inline const tribo_feedforward_f32_params_t *tribo_feedforward_f32_of(
     const bool is_one = params->method != NULL && params->method->functions == tribo_feedforward_f32_method;
     return is_one ? (const tribo_feedforward_f32_params_t *)params->method : NULL; // its first member
 }
-
-// --- without a force sensor -------------------------------------------------------------------------------------------
-//
-// For drives with current and encoder only:
-//
-//     u = limit(lin + f + lead - b)          f = belief V L(rs) sigma
-//
-// A method of the force loop: steps 2 to 6 with the stops left out, with the params and memory above. y is not used (give 0), and the
-// controller's output is taken out of u. b is 0, or what u goes on from after a change of params or of V, and fades with 0.3 s. It has no feedback: u is as right as V L is, so it believes low.
-//
-// r is the force that the arm shall have, or the effort of somebody else's position or velocity loop. With that, and wherever the
-// motion is known better than by r, tell it: tribo_sensorless_f32_motion.
-//
-// V is 1 until then. From then on it is the weight V_0 that two slides teach, one in each direction: from one reversal to the next
-// u does the work of friction and load, and of nothing else. tribo_feedforward_f32_learned shows it.
-//
-// No guard: it judges y. A corrupt memory is forgotten whole and counted. No loops, one division a tick, five at a reversal.
-
-typedef struct
-{
-    float belief; ///< part of the believed breakaway that is fed forward, 0 to 1
-} tribo_sensorless_f32_config_t;
-
-/// The default: believes low.
-tribo_sensorless_f32_config_t tribo_sensorless_f32_default(void);
-
-/// As tribo_feedforward_f32_use, for a loop without a sensor; of `config` it uses the actuator's pole, reversal_n, jump_time_s and
-/// jump_lead. The memory is the feed-forward's.
-tribo_loop_part_t tribo_sensorless_f32_use(tribo_feedforward_f32_params_t       *params,
-                                           const tribo_feedforward_f32_config_t *config,
-                                           const tribo_sensorless_f32_config_t  *sensorless);
-
-/// Before a tick: the motion of the arm in it, intended and measured, each in widths of a reversal, e.g. a change of position over
-/// the travel that is surely a reversal and no noise, or a speed times h over that. 0 where there is none. Friction opposes the
-/// intended motion; while that is at rest, the measured. In a tick without this call, r decides. Friction never jumps between them.
-///
-/// Friction is learned where the measured motion slides to and fro by 16 widths or more and r is the effort of the loop that moves it, so
-/// far as u is what the arm gets. Give 0 for it where a process opposes the motion. A tick of more than 1000 widths is taken for none.
-void tribo_sensorless_f32_motion(tribo_feedforward_f32_memory_t *memory, float intended, float measured);
-
-/// Of F, from u alone.
-typedef struct
-{
-    uint32_t runs;
-    float    lagged; ///< u behind the lag of actuator and arm, N
-    float    force;  ///< F^: an arm that sticks within L, N
-    float low, high; ///< the same with L times (1 - tolerance) to (1 + tolerance): F is between, beside the lag's error
-} tribo_force_estimate_f32_t;
-
-/// One tick with `u_n` as applied, by the params of a loop with or without a sensor. From runs = 0 any F is possible. A tolerance
-/// or a force that is not credible changes nothing.
-void tribo_force_estimate_f32_step(const tribo_force_loop_f32_params_t  *params,
-                                   const tribo_feedforward_f32_params_t *feedforward,
-                                   tribo_force_estimate_f32_t           *estimate,
-                                   float                                 tolerance,
-                                   float                                 u_n);
 
 /// Writes the functions of the feed-forward without a force sensor, likewise.
 void tribo_sensorless_f32_method(tribo_force_loop_f32_functions_t *functions);

@@ -23,8 +23,70 @@
 extern "C" {
 #endif
 
-/// Constants of a tick, made by tribo_feedforward_q31_init; see the twin. Forces are Q29 of FS, gains Q16, parts Q32.
+typedef struct tribo_feedforward_q31_params tribo_feedforward_q31_params_t;
+typedef struct tribo_feedforward_q31_state  tribo_feedforward_q31_state_t;
+typedef struct tribo_feedforward_q31_memory tribo_feedforward_q31_memory_t;
+
+/// Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE, a status of tribo_feedforward_f32_init, or that of a parameter that full_scale_n does
+/// not suit. Writes nothing unless TRIBO_OK. It leaves params.method empty, as tribo_feedforward_f32_init.
+tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *params,
+                                          const tribo_feedforward_f32_config_t *config,
+                                          const tribo_arm_f32_config_t         *arm,
+                                          const tribo_friction_f32_params_t    *friction,
+                                          float                                 input_max_n,
+                                          float                                 usual_force_n,
+                                          float                                 sample_time_s,
+                                          float                                 full_scale_n);
+
+/// Forgets what was learned; the next good tick is the first. A start without `keep_learned` does it, too.
+void tribo_feedforward_q31_reset(tribo_feedforward_q31_state_t *state);
+
+/// As tribo_feedforward_f32_learn, with which it shares the learner in float32.
+bool tribo_feedforward_q31_learn(const tribo_force_loop_q31_params_t *params, tribo_feedforward_q31_memory_t *memory);
+
+/// Learned breakaway in `direction` at the end-point force `force`, Q31; the result is in N. Not for every tick.
+tribo_feedforward_learned_t tribo_feedforward_q31_learned(const tribo_force_loop_q31_params_t *params,
+                                                          const tribo_feedforward_q31_state_t *state,
+                                                          uint32_t                             direction,
+                                                          int32_t                              force);
+
+/// Unlatches stays_at_bound and harms, and feeds friction forward; learned values stay.
+void tribo_feedforward_q31_restore(tribo_feedforward_q31_state_t *state);
+
+/// See the twin.
+tribo_loop_part_t tribo_feedforward_q31_use(tribo_feedforward_q31_params_t       *params,
+                                            const tribo_feedforward_f32_config_t *config);
+
+// --- without a force sensor; see the twin -----------------------------------------------------------------------------
+//
+// What u goes on from after a change of params is within full scale of the controller's output.
+
+/// See the twin.
+tribo_loop_part_t tribo_sensorless_q31_use(tribo_feedforward_q31_params_t       *params,
+                                           const tribo_feedforward_f32_config_t *config,
+                                           const tribo_sensorless_f32_config_t  *sensorless);
+
+/// See the twin; widths in Q29. A tick of more than 3.9 widths is taken for none.
+void tribo_sensorless_q31_motion(tribo_feedforward_q31_memory_t *memory, int32_t intended, int32_t measured);
+
+/// Of F, from u alone; Q29.
 typedef struct
+{
+    uint32_t runs;
+    int32_t  lagged, force, low, high;
+} tribo_force_estimate_q31_t;
+
+/// See the twin; `tolerance` in Q32.
+void tribo_force_estimate_q31_step(const tribo_force_loop_q31_params_t  *params,
+                                   const tribo_feedforward_q31_params_t *feedforward,
+                                   tribo_force_estimate_q31_t           *estimate,
+                                   uint32_t                              tolerance,
+                                   int32_t                               u_q31);
+
+// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+
+/// Constants of a tick, made by tribo_feedforward_q31_init; see the twin. Forces are Q29 of FS, gains Q16, parts Q32.
+struct tribo_feedforward_q31_params
 {
     tribo_force_loop_q31_method_t method;                             ///< for a loop with the feed-forward
     int32_t                       input_max;                          ///< Q31
@@ -38,7 +100,7 @@ typedef struct
     uint32_t noise_part, slow_part, fast_part, lag_part, actuator_part, sensor_part, leak_part, trust;
     uint32_t still_ticks, quick_ticks;
     tribo_feedforward_learning_t learning;
-} tribo_feedforward_q31_params_t;
+};
 
 /// What the tick uses of what is learned.
 typedef struct
@@ -71,7 +133,7 @@ typedef struct
 } tribo_feedforward_q31_exchange_t;
 
 /// All that a tick leaves to the next. Forces are Q29 of FS, slow means Q35, numbers Q29.
-typedef struct
+struct tribo_feedforward_q31_state
 {
     tribo_force_loop_q31_tick_t      tick;          ///< what the loop reads
     uint8_t                          mode, rule;    ///< tribo_feedforward_mode_t, tribo_feedforward_offset_t
@@ -102,7 +164,7 @@ typedef struct
     tribo_feedforward_q31_weights_t  weights;
     tribo_feedforward_q31_exchange_t exchange;
     tribo_feedforward_learner_t      learner;
-} tribo_feedforward_q31_state_t;
+};
 
 /// See the twin. Motion is Q29 of a width, in a sum too; forces are Q29 of FS.
 typedef struct
@@ -128,43 +190,17 @@ typedef struct
 } tribo_feedforward_q31_motion_t;
 
 /// See the twin.
-typedef struct
+struct tribo_feedforward_q31_memory
 {
     tribo_feedforward_q31_state_t  state;
     tribo_feedforward_q31_motion_t motion;
-} tribo_feedforward_q31_memory_t;
-
-/// Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE, a status of tribo_feedforward_f32_init, or that of a parameter that full_scale_n does
-/// not suit. Writes nothing unless TRIBO_OK. It leaves params.method empty, as tribo_feedforward_f32_init.
-tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *params,
-                                          const tribo_feedforward_f32_config_t *config,
-                                          const tribo_arm_f32_config_t         *arm,
-                                          const tribo_friction_f32_params_t    *friction,
-                                          float                                 input_max_n,
-                                          float                                 usual_force_n,
-                                          float                                 sample_time_s,
-                                          float                                 full_scale_n);
-
-/// Forgets what was learned; the next good tick is the first. A start without `keep_learned` does it, too.
-void tribo_feedforward_q31_reset(tribo_feedforward_q31_state_t *state);
-
-/// As tribo_feedforward_f32_learn, with which it shares the learner in float32.
-bool tribo_feedforward_q31_learn(const tribo_force_loop_q31_params_t *params, tribo_feedforward_q31_memory_t *memory);
+};
 
 /// True while the learner has a sample: then leave reset and restore alone unless the caller is the one who learns.
 static inline bool tribo_feedforward_q31_is_learning(const tribo_feedforward_q31_state_t *state)
 {
     return state->exchange.owner == TRIBO_FEEDFORWARD_OWNER_LEARNER;
 }
-
-/// Learned breakaway in `direction` at the end-point force `force`, Q31; the result is in N. Not for every tick.
-tribo_feedforward_learned_t tribo_feedforward_q31_learned(const tribo_force_loop_q31_params_t *params,
-                                                          const tribo_feedforward_q31_state_t *state,
-                                                          uint32_t                             direction,
-                                                          int32_t                              force);
-
-/// Unlatches stays_at_bound and harms, and feeds friction forward; learned values stay.
-void tribo_feedforward_q31_restore(tribo_feedforward_q31_state_t *state);
 
 /// Writes the functions of the feed-forward as a method of the force loop, for the first member of its params.
 void tribo_feedforward_q31_method(tribo_force_loop_q31_functions_t *functions);
@@ -176,36 +212,6 @@ static inline const tribo_feedforward_q31_params_t *tribo_feedforward_q31_of(
     const bool is_one = params->method != NULL && params->method->functions == tribo_feedforward_q31_method;
     return is_one ? (const tribo_feedforward_q31_params_t *)params->method : NULL; // its first member
 }
-
-/// See the twin.
-tribo_loop_part_t tribo_feedforward_q31_use(tribo_feedforward_q31_params_t       *params,
-                                            const tribo_feedforward_f32_config_t *config);
-
-// --- without a force sensor; see the twin -----------------------------------------------------------------------------
-//
-// What u goes on from after a change of params is within full scale of the controller's output.
-
-/// See the twin.
-tribo_loop_part_t tribo_sensorless_q31_use(tribo_feedforward_q31_params_t       *params,
-                                           const tribo_feedforward_f32_config_t *config,
-                                           const tribo_sensorless_f32_config_t  *sensorless);
-
-/// See the twin; widths in Q29. A tick of more than 3.9 widths is taken for none.
-void tribo_sensorless_q31_motion(tribo_feedforward_q31_memory_t *memory, int32_t intended, int32_t measured);
-
-/// Of F, from u alone; Q29.
-typedef struct
-{
-    uint32_t runs;
-    int32_t  lagged, force, low, high;
-} tribo_force_estimate_q31_t;
-
-/// See the twin; `tolerance` in Q32.
-void tribo_force_estimate_q31_step(const tribo_force_loop_q31_params_t  *params,
-                                   const tribo_feedforward_q31_params_t *feedforward,
-                                   tribo_force_estimate_q31_t           *estimate,
-                                   uint32_t                              tolerance,
-                                   int32_t                               u_q31);
 
 /// Writes the functions of the feed-forward without a force sensor, likewise.
 void tribo_sensorless_q31_method(tribo_force_loop_q31_functions_t *functions);

@@ -46,6 +46,9 @@ extern "C" {
 typedef struct tribo_force_loop_f32_config tribo_force_loop_f32_config_t;
 typedef struct tribo_force_loop_f32_params tribo_force_loop_f32_params_t;
 struct tribo_force_loop_q31_params;
+typedef struct tribo_guard_f32_state      tribo_guard_f32_state_t;
+typedef struct tribo_guard_f32_params     tribo_guard_f32_params_t;
+typedef struct tribo_force_loop_f32_state tribo_force_loop_f32_state_t;
 
 /// A method or a guard that a config names. The call that names it is all that links it: tribo_feedforward_f32_use,
 /// tribo_sensorless_f32_use, tribo_guard_f32_use and those of Q31. All 0: none.
@@ -82,8 +85,6 @@ struct tribo_force_loop_f32_config
     tribo_loop_guard_t             guard;  ///< all 0: none; `config.guard = tribo_guard_f32_use(...)`
 };
 
-#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 9 ///< of the params' fields and their meaning, for params made on a host
-
 /// Signals of one tick, for logging.
 typedef struct
 {
@@ -92,55 +93,6 @@ typedef struct
     tribo_controller_f32_signals_t  controller;      ///< controller term v, u, limited
     tribo_compensator_f32_signals_t compensator;     ///< F^, n, L, v, f^, Q1, Q2, Q
 } tribo_force_loop_f32_signals_t;
-
-/// What the loop reads of a method. The memory of a method begins with this struct; all 0 is a method without a tick.
-typedef struct
-{
-    float e_n;        ///< the controller's error of the last tick
-    float y_n;        ///< the reading that `e_n` was made of
-    float term_n;     ///< added to v in the last tick, without a pulse: a change of params goes on from it
-    float friction_n; ///< added to u in this tick, for a guard
-    bool  has_e;      ///< false: there is no `e_n` yet
-    bool  has_y;      ///< false: `e_n` does not depend on y
-} tribo_force_loop_f32_tick_t;
-
-/// A method's part of a tick, called in this order. `memory` is state.memory and never null: a loop without it is the
-/// controller alone. None can fail.
-typedef struct
-{
-    /// The controller's error; writes what the loop reads, except `term_n`. `fade` is the guard's factor on friction, 0 to 1.
-    float (*error)(const tribo_force_loop_f32_params_t *params, void *memory, float r_n, float y_n, float fade);
-
-    /// The term to add to the controller's output `v_n`; writes `term_n`.
-    float (*term)(const tribo_force_loop_f32_params_t *params, void *memory, float v_n);
-
-    /// Called once u is known. `signals` is complete except for the compensator's, which are at rest for the method to fill.
-    void (*after)(const tribo_force_loop_f32_params_t *params,
-                  void                                *memory,
-                  float                                v_n,
-                  float                                u_n,
-                  tribo_force_loop_f32_signals_t      *signals);
-
-    /// After a change of params: the next tick shall add `term_n`. `anew`: another method ran the loop before.
-    void (*enter)(void *memory, float term_n, bool anew);
-
-    /// Before the first tick. Without `keep_learned` nothing is learned.
-    void (*start)(void *memory, bool keep_learned);
-} tribo_force_loop_f32_functions_t;
-
-/// A compensation method other than the paper's. The params of a method begin with this struct, and `params->method` points to
-/// them. They hold the address of one function, so that params made on a host can be constants of a program, and the library itself
-/// holds no address.
-typedef struct
-{
-    void (*functions)(tribo_force_loop_f32_functions_t *functions); ///< writes the method's functions
-} tribo_force_loop_f32_method_t;
-
-typedef struct
-{
-    float   position_n;
-    int32_t sign; ///< sign of the last move, 0 before the first
-} tribo_play_f32_state_t;
 
 typedef enum
 {
@@ -156,64 +108,6 @@ typedef struct
     float stray_n;      ///< of an overshoot, 1e-9 to 1e6 N, about L/15 and over twice the noise's peaks
     float fade_time_s;  ///< 1e-6 to 1e3 s and up to 1e6 samples
 } tribo_guard_f32_config_t;
-
-typedef struct
-{
-    uint8_t                running;       ///< 0 before the first tick
-    uint8_t                turns, strays; ///< in succession
-    tribo_guard_cause_t    cause;         ///< latched
-    float                  fade;          ///< of friction, 0 to 1
-    uint32_t               since;         ///< ticks since the last reversal, up to quick_ticks
-    float                  work;          ///< W since then, N^2; constant from quick_ticks on
-    float                  high_n, low_n; ///< largest and smallest error since then, and 0
-    float                  r_n, y_n;      ///< of the last tick
-    tribo_play_f32_state_t play;          ///< of f
-} tribo_guard_f32_state_t;
-
-/// Constants of a step, made by tribo_guard_f32_init. Const from then on; may be shared.
-typedef struct tribo_guard_f32_params
-{
-    /// tribo_guard_f32_step: a loop calls it through this pointer.
-    float (*step)(const struct tribo_guard_f32_params *params,
-                  tribo_guard_f32_state_t             *state,
-                  float                                r_n,
-                  float                                y_n,
-                  float                                f_n,
-                  bool                                 good);
-    uint8_t  on; ///< 1, set by init. 0: the guard judges nothing, forgets its cause and removes its fading
-    float    half_n;
-    float    stray_n;
-    float    work;      ///< of hunting, N^2
-    float    fade_step; ///< change of the fade in a tick
-    uint32_t quick_ticks;
-} tribo_guard_f32_params_t;
-
-/// Constants of a tick, made by tribo_force_loop_f32_init. Const from then on; may be shared by loops.
-struct tribo_force_loop_f32_params
-{
-    float                                input_max_n; ///< largest credible |r| and |y|
-    float                                gain;        ///< eta
-    tribo_controller_f32_params_t        controller;
-    tribo_compensator_f32_params_t       compensator;
-    const tribo_force_loop_f32_method_t *method; ///< null: the paper's, by the compensator
-    const tribo_guard_f32_params_t      *guard;  ///< null: none
-};
-
-/// All that a tick leaves to the next. Zero it, name the memory, and start it.
-typedef struct
-{
-    /// Of the method that the params name, e.g. `&memory.state.tick` of a tribo_feedforward_f32_memory_t; null: no method. Of one loop
-    /// alone, and it must outlive the loop. tribo_force_loop_f32_start leaves it as it is.
-    tribo_force_loop_f32_tick_t         *memory;
-    uintptr_t                            memory_seal; ///< ~memory; otherwise `memory` is corrupt and not used
-    const tribo_force_loop_f32_params_t *active;      ///< params of the last tick; null after a start
-    uintptr_t                            active_seal; ///< ~active, likewise
-    tribo_guard_f32_state_t              guard;       ///< of a guard that the params name
-    float                                friction_n;  ///< f^ of the last tick
-    uint32_t bad_inputs; ///< bad r or y, corrupt pointers above, ticks of a method without memory; stops at UINT32_MAX
-    tribo_controller_f32_state_t  controller; ///< with limited_ticks
-    tribo_compensator_f32_state_t compensator;
-} tribo_force_loop_f32_state_t;
 
 /// The paper's loop: 1 ms, gain 0.85, friction and arm of Eqs. (7), (9), (10) with displacement in degrees, the H-infinity
 /// controller of Eqs. (13), (14); u within +-2 N, |r| and |y| up to 2 N.
@@ -312,6 +206,117 @@ float tribo_guard_f32_step(const tribo_guard_f32_params_t *params,
                            float                           y_n,
                            float                           f_n,
                            bool                            good);
+
+// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+
+#define TRIBO_FORCE_LOOP_F32_PARAMS_VERSION 9 ///< of the params' fields and their meaning, for params made on a host
+
+/// What the loop reads of a method. The memory of a method begins with this struct; all 0 is a method without a tick.
+typedef struct
+{
+    float e_n;        ///< the controller's error of the last tick
+    float y_n;        ///< the reading that `e_n` was made of
+    float term_n;     ///< added to v in the last tick, without a pulse: a change of params goes on from it
+    float friction_n; ///< added to u in this tick, for a guard
+    bool  has_e;      ///< false: there is no `e_n` yet
+    bool  has_y;      ///< false: `e_n` does not depend on y
+} tribo_force_loop_f32_tick_t;
+
+/// A method's part of a tick, called in this order. `memory` is state.memory and never null: a loop without it is the
+/// controller alone. None can fail.
+typedef struct
+{
+    /// The controller's error; writes what the loop reads, except `term_n`. `fade` is the guard's factor on friction, 0 to 1.
+    float (*error)(const tribo_force_loop_f32_params_t *params, void *memory, float r_n, float y_n, float fade);
+
+    /// The term to add to the controller's output `v_n`; writes `term_n`.
+    float (*term)(const tribo_force_loop_f32_params_t *params, void *memory, float v_n);
+
+    /// Called once u is known. `signals` is complete except for the compensator's, which are at rest for the method to fill.
+    void (*after)(const tribo_force_loop_f32_params_t *params,
+                  void                                *memory,
+                  float                                v_n,
+                  float                                u_n,
+                  tribo_force_loop_f32_signals_t      *signals);
+
+    /// After a change of params: the next tick shall add `term_n`. `anew`: another method ran the loop before.
+    void (*enter)(void *memory, float term_n, bool anew);
+
+    /// Before the first tick. Without `keep_learned` nothing is learned.
+    void (*start)(void *memory, bool keep_learned);
+} tribo_force_loop_f32_functions_t;
+
+/// A compensation method other than the paper's. The params of a method begin with this struct, and `params->method` points to
+/// them. They hold the address of one function, so that params made on a host can be constants of a program, and the library itself
+/// holds no address.
+typedef struct
+{
+    void (*functions)(tribo_force_loop_f32_functions_t *functions); ///< writes the method's functions
+} tribo_force_loop_f32_method_t;
+
+typedef struct
+{
+    float   position_n;
+    int32_t sign; ///< sign of the last move, 0 before the first
+} tribo_play_f32_state_t;
+
+struct tribo_guard_f32_state
+{
+    uint8_t                running;       ///< 0 before the first tick
+    uint8_t                turns, strays; ///< in succession
+    tribo_guard_cause_t    cause;         ///< latched
+    float                  fade;          ///< of friction, 0 to 1
+    uint32_t               since;         ///< ticks since the last reversal, up to quick_ticks
+    float                  work;          ///< W since then, N^2; constant from quick_ticks on
+    float                  high_n, low_n; ///< largest and smallest error since then, and 0
+    float                  r_n, y_n;      ///< of the last tick
+    tribo_play_f32_state_t play;          ///< of f
+};
+
+/// Constants of a step, made by tribo_guard_f32_init. Const from then on; may be shared.
+struct tribo_guard_f32_params
+{
+    /// tribo_guard_f32_step: a loop calls it through this pointer.
+    float (*step)(const struct tribo_guard_f32_params *params,
+                  tribo_guard_f32_state_t             *state,
+                  float                                r_n,
+                  float                                y_n,
+                  float                                f_n,
+                  bool                                 good);
+    uint8_t  on; ///< 1, set by init. 0: the guard judges nothing, forgets its cause and removes its fading
+    float    half_n;
+    float    stray_n;
+    float    work;      ///< of hunting, N^2
+    float    fade_step; ///< change of the fade in a tick
+    uint32_t quick_ticks;
+};
+
+/// Constants of a tick, made by tribo_force_loop_f32_init. Const from then on; may be shared by loops.
+struct tribo_force_loop_f32_params
+{
+    float                                input_max_n; ///< largest credible |r| and |y|
+    float                                gain;        ///< eta
+    tribo_controller_f32_params_t        controller;
+    tribo_compensator_f32_params_t       compensator;
+    const tribo_force_loop_f32_method_t *method; ///< null: the paper's, by the compensator
+    const tribo_guard_f32_params_t      *guard;  ///< null: none
+};
+
+/// All that a tick leaves to the next. Zero it, name the memory, and start it.
+struct tribo_force_loop_f32_state
+{
+    /// Of the method that the params name, e.g. `&memory.state.tick` of a tribo_feedforward_f32_memory_t; null: no method. Of one loop
+    /// alone, and it must outlive the loop. tribo_force_loop_f32_start leaves it as it is.
+    tribo_force_loop_f32_tick_t         *memory;
+    uintptr_t                            memory_seal; ///< ~memory; otherwise `memory` is corrupt and not used
+    const tribo_force_loop_f32_params_t *active;      ///< params of the last tick; null after a start
+    uintptr_t                            active_seal; ///< ~active, likewise
+    tribo_guard_f32_state_t              guard;       ///< of a guard that the params name
+    float                                friction_n;  ///< f^ of the last tick
+    uint32_t bad_inputs; ///< bad r or y, corrupt pointers above, ticks of a method without memory; stops at UINT32_MAX
+    tribo_controller_f32_state_t  controller; ///< with limited_ticks
+    tribo_compensator_f32_state_t compensator;
+};
 
 #ifdef __cplusplus
 }

@@ -29,9 +29,10 @@
 extern "C" {
 #endif
 
-#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 9 ///< of the params' fields and their meaning, for params made on a host
-
 typedef struct tribo_force_loop_q31_params tribo_force_loop_q31_params_t;
+typedef struct tribo_guard_q31_state       tribo_guard_q31_state_t;
+typedef struct tribo_guard_q31_params      tribo_guard_q31_params_t;
+typedef struct tribo_force_loop_q31_state  tribo_force_loop_q31_state_t;
 
 /// Signals of one tick, for logging.
 typedef struct
@@ -41,100 +42,6 @@ typedef struct
     tribo_controller_q31_signals_t  controller;    ///< controller term v, u, limited
     tribo_compensator_q31_signals_t compensator;   ///< F^, n, L, rise, f^, Q1, Q2, Q
 } tribo_force_loop_q31_signals_t;
-
-/// What the loop reads of a method: as tribo_force_loop_f32_tick_t, in Q31.
-typedef struct
-{
-    int32_t e;
-    int32_t y;
-    int32_t term;
-    int32_t friction;
-    bool    has_e, has_y;
-} tribo_force_loop_q31_tick_t;
-
-/// A method's part of a tick: as tribo_force_loop_f32_functions_t. Forces are Q31.
-typedef struct
-{
-    /// `fade` is Q32; UINT32_MAX is all of friction.
-    int32_t (*error)(const tribo_force_loop_q31_params_t *params, void *memory, int32_t r, int32_t y, uint32_t fade);
-    int32_t (*term)(const tribo_force_loop_q31_params_t *params, void *memory, int32_t v);
-    void (*after)(const tribo_force_loop_q31_params_t *params,
-                  void                                *memory,
-                  int32_t                              v,
-                  int32_t                              u,
-                  tribo_force_loop_q31_signals_t      *signals);
-    void (*enter)(void *memory, int32_t term, bool anew);
-    void (*start)(void *memory, bool keep_learned);
-} tribo_force_loop_q31_functions_t;
-
-/// A compensation method: as tribo_force_loop_f32_method_t.
-typedef struct
-{
-    void (*functions)(tribo_force_loop_q31_functions_t *functions); ///< writes the method's functions
-} tribo_force_loop_q31_method_t;
-
-typedef struct
-{
-    int32_t position;
-    int32_t sign; ///< sign of the last move, 0 before the first
-} tribo_play_q31_state_t;
-
-typedef struct
-{
-    uint8_t                running;       ///< 0 before the first tick
-    uint8_t                turns, strays; ///< in succession
-    tribo_guard_cause_t    cause;         ///< latched
-    uint32_t               fade;          ///< of friction, Q32; UINT32_MAX is all of it
-    uint32_t               since;         ///< ticks since the last reversal, up to quick_ticks
-    int64_t                work;          ///< W since then; constant from quick_ticks on
-    int32_t                high, low;     ///< largest and smallest error since then, and 0
-    int32_t                r, y;          ///< of the last tick
-    tribo_play_q31_state_t play;          ///< of f
-} tribo_guard_q31_state_t;
-
-/// Constants of a step, made by tribo_guard_q31_init. Const from then on; may be shared.
-typedef struct tribo_guard_q31_params
-{
-    /// tribo_guard_q31_step: a loop calls it through this pointer.
-    uint32_t (*step)(const struct tribo_guard_q31_params *params,
-                     tribo_guard_q31_state_t             *state,
-                     int32_t                              r,
-                     int32_t                              y,
-                     int32_t                              f,
-                     bool                                 good);
-    uint8_t  on;          ///< 1, set by init. 0: the guard judges nothing, forgets its cause and removes its fading
-    int32_t  half;        ///< 2^-29 full scales
-    int32_t  stray;       ///< 2^-28 full scales
-    int64_t  work;        ///< of hunting, 2^-43 full scales squared
-    uint32_t fade_step;   ///< change of the fade in a tick, Q32
-    uint32_t quick_ticks; ///< up to 2^17
-} tribo_guard_q31_params_t;
-
-/// Constants of a tick, made by tribo_force_loop_q31_init. Const from then on; may be shared by loops.
-struct tribo_force_loop_q31_params
-{
-    int32_t                              input_max; ///< largest credible |r| and |y|, Q31; at most 2^31 - 2
-    int32_t                              gain;      ///< eta, Q29, 0 to 2
-    tribo_controller_q31_params_t        controller;
-    tribo_compensator_q31_params_t       compensator;
-    const tribo_force_loop_q31_method_t *method; ///< null: the paper's, by the compensator
-    const tribo_guard_q31_params_t      *guard;  ///< null: none
-};
-
-/// As tribo_force_loop_f32_state_t.
-typedef struct
-{
-    tribo_force_loop_q31_tick_t         *memory;
-    uintptr_t                            memory_seal;
-    const tribo_force_loop_q31_params_t *active;
-    uintptr_t                            active_seal;
-    tribo_guard_q31_state_t              guard;
-    int32_t                              friction; ///< f^ of the last tick, Q31
-    uint32_t                             bad_inputs;
-    uint32_t                             saturated;  ///< errors and friction terms clamped; stops at UINT32_MAX
-    tribo_controller_q31_state_t         controller; ///< with limited_ticks
-    tribo_compensator_q31_state_t        compensator;
-} tribo_force_loop_q31_state_t;
 
 /// A loop's config in N, and what Q31 adds. Method and guard are those of Q31: `config.loop.method = tribo_feedforward_q31_use(...)`.
 typedef struct
@@ -212,6 +119,104 @@ uint32_t tribo_guard_q31_step(const tribo_guard_q31_params_t *params,
                               int32_t                         y,
                               int32_t                         f,
                               bool                            good);
+
+// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+
+#define TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION 9 ///< of the params' fields and their meaning, for params made on a host
+
+/// What the loop reads of a method: as tribo_force_loop_f32_tick_t, in Q31.
+typedef struct
+{
+    int32_t e;
+    int32_t y;
+    int32_t term;
+    int32_t friction;
+    bool    has_e, has_y;
+} tribo_force_loop_q31_tick_t;
+
+/// A method's part of a tick: as tribo_force_loop_f32_functions_t. Forces are Q31.
+typedef struct
+{
+    /// `fade` is Q32; UINT32_MAX is all of friction.
+    int32_t (*error)(const tribo_force_loop_q31_params_t *params, void *memory, int32_t r, int32_t y, uint32_t fade);
+    int32_t (*term)(const tribo_force_loop_q31_params_t *params, void *memory, int32_t v);
+    void (*after)(const tribo_force_loop_q31_params_t *params,
+                  void                                *memory,
+                  int32_t                              v,
+                  int32_t                              u,
+                  tribo_force_loop_q31_signals_t      *signals);
+    void (*enter)(void *memory, int32_t term, bool anew);
+    void (*start)(void *memory, bool keep_learned);
+} tribo_force_loop_q31_functions_t;
+
+/// A compensation method: as tribo_force_loop_f32_method_t.
+typedef struct
+{
+    void (*functions)(tribo_force_loop_q31_functions_t *functions); ///< writes the method's functions
+} tribo_force_loop_q31_method_t;
+
+typedef struct
+{
+    int32_t position;
+    int32_t sign; ///< sign of the last move, 0 before the first
+} tribo_play_q31_state_t;
+
+struct tribo_guard_q31_state
+{
+    uint8_t                running;       ///< 0 before the first tick
+    uint8_t                turns, strays; ///< in succession
+    tribo_guard_cause_t    cause;         ///< latched
+    uint32_t               fade;          ///< of friction, Q32; UINT32_MAX is all of it
+    uint32_t               since;         ///< ticks since the last reversal, up to quick_ticks
+    int64_t                work;          ///< W since then; constant from quick_ticks on
+    int32_t                high, low;     ///< largest and smallest error since then, and 0
+    int32_t                r, y;          ///< of the last tick
+    tribo_play_q31_state_t play;          ///< of f
+};
+
+/// Constants of a step, made by tribo_guard_q31_init. Const from then on; may be shared.
+struct tribo_guard_q31_params
+{
+    /// tribo_guard_q31_step: a loop calls it through this pointer.
+    uint32_t (*step)(const struct tribo_guard_q31_params *params,
+                     tribo_guard_q31_state_t             *state,
+                     int32_t                              r,
+                     int32_t                              y,
+                     int32_t                              f,
+                     bool                                 good);
+    uint8_t  on;          ///< 1, set by init. 0: the guard judges nothing, forgets its cause and removes its fading
+    int32_t  half;        ///< 2^-29 full scales
+    int32_t  stray;       ///< 2^-28 full scales
+    int64_t  work;        ///< of hunting, 2^-43 full scales squared
+    uint32_t fade_step;   ///< change of the fade in a tick, Q32
+    uint32_t quick_ticks; ///< up to 2^17
+};
+
+/// Constants of a tick, made by tribo_force_loop_q31_init. Const from then on; may be shared by loops.
+struct tribo_force_loop_q31_params
+{
+    int32_t                              input_max; ///< largest credible |r| and |y|, Q31; at most 2^31 - 2
+    int32_t                              gain;      ///< eta, Q29, 0 to 2
+    tribo_controller_q31_params_t        controller;
+    tribo_compensator_q31_params_t       compensator;
+    const tribo_force_loop_q31_method_t *method; ///< null: the paper's, by the compensator
+    const tribo_guard_q31_params_t      *guard;  ///< null: none
+};
+
+/// As tribo_force_loop_f32_state_t.
+struct tribo_force_loop_q31_state
+{
+    tribo_force_loop_q31_tick_t         *memory;
+    uintptr_t                            memory_seal;
+    const tribo_force_loop_q31_params_t *active;
+    uintptr_t                            active_seal;
+    tribo_guard_q31_state_t              guard;
+    int32_t                              friction; ///< f^ of the last tick, Q31
+    uint32_t                             bad_inputs;
+    uint32_t                             saturated;  ///< errors and friction terms clamped; stops at UINT32_MAX
+    tribo_controller_q31_state_t         controller; ///< with limited_ticks
+    tribo_compensator_q31_state_t        compensator;
+};
 
 #ifdef __cplusplus
 }

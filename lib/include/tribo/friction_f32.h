@@ -32,13 +32,12 @@
 extern "C" {
 #endif
 
-#define TRIBO_EDGE_WIDTH_MAX 63u ///< longest pulse, in samples
-
-typedef struct
-{
-    uint8_t line[TRIBO_EDGE_WIDTH_MAX + 1u]; ///< past inputs, a ring
-    uint8_t head;                            ///< place of the next input
-} tribo_edge_state_t;
+typedef struct tribo_friction_f32_params    tribo_friction_f32_params_t;
+typedef struct tribo_friction_f32_state     tribo_friction_f32_state_t;
+typedef struct tribo_arm_f32_params         tribo_arm_f32_params_t;
+typedef struct tribo_arm_f32_state          tribo_arm_f32_state_t;
+typedef struct tribo_compensator_f32_params tribo_compensator_f32_params_t;
+typedef struct tribo_compensator_f32_state  tribo_compensator_f32_state_t;
 
 /// Events of one sample; the set lines rest high, the reset lines low.
 #define TRIBO_RELAY_SET1   1u ///< n <  c1 L+
@@ -50,18 +49,6 @@ typedef struct
 #define TRIBO_RELAY_Q1 1u ///< armed for a fall: n was high
 #define TRIBO_RELAY_Q2 2u ///< armed for a rise: n was low
 #define TRIBO_RELAY_Q  4u ///< Eq. (8), in signals only: |n| rises with its relay armed
-
-/// The sample-and-hold pair alone.
-typedef struct
-{
-    uint8_t held; ///< outputs, and from bit 4 the last trigger (set or reset of each), to detect its rise
-} tribo_relay_latch_t;
-
-typedef struct
-{
-    tribo_edge_state_t  edge;
-    tribo_relay_latch_t latch;
-} tribo_relay_state_t;
 
 #define TRIBO_BREAKAWAY_POINTS_MAX 32u ///< longest breakaway table
 
@@ -90,33 +77,6 @@ typedef struct
     uint32_t table_length; ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX; 0 without one
 } tribo_friction_f32_config_t;
 
-/// k(v) 1.57 (1 + p) / 8 = at_0 + per_power p / 8, p = 2^-|exponent|; see src/friction/law_f32.h.
-typedef struct
-{
-    float at_0, per_power;
-} tribo_friction_f32_k_t;
-
-/// Constants of a step, made by tribo_friction_f32_init. Const from then on; may be shared.
-typedef struct
-{
-    float                  rate_hz;                             ///< 1/h
-    float                  exponent_per_rise, exponent_at_rest; ///< of E = 2^(exponent_per_rise v h - exponent_at_rest)
-    tribo_friction_f32_k_t k[2];                                ///< for an exponent of 0 or more, and below 0
-    tribo_breakaway_f32_t  law[2];                              ///< L+, L-
-    const tribo_breakaway_point_f32_t *table;                   ///< null: the affine laws
-    TRIBO_LEVEL_PARAMETERS(TRIBO_FLOAT_MEMBER)                  ///< c1, c2
-    float   gravity_n;
-    uint8_t table_length;
-    uint8_t pulse_width; ///< samples
-} tribo_friction_f32_params_t;
-
-typedef struct
-{
-    float               n_n;        ///< n[k-1]
-    uint32_t            bad_inputs; ///< steps with a bad input since reset; stops at UINT32_MAX
-    tribo_relay_state_t relay;
-} tribo_friction_f32_state_t;
-
 /// Signals of one step, for logging.
 typedef struct
 {
@@ -135,37 +95,11 @@ typedef struct
     float stiffness; ///< K, 1e-12 to 1e12 N per unit; K h^2/I 1e-9 to 1e4
 } tribo_arm_f32_config_t;
 
-/// The arm of tribo_compensator_f32_params_t; src/friction/arm_f32.h has the equations.
-typedef struct
-{
-    float phi_d, phi_g;     ///< one sample's change of F
-    float gamma_d, gamma_g; ///< the next G
-} tribo_arm_f32_params_t;
-
-typedef struct
-{
-    float    force_n;        ///< F = K theta
-    float    force_change_n; ///< G = K theta' h
-    uint32_t clamped;        ///< F held at its limit since reset; stops at UINT32_MAX
-} tribo_arm_f32_state_t;
-
 typedef struct
 {
     tribo_friction_f32_config_t friction;
     tribo_arm_f32_config_t      arm;
 } tribo_compensator_f32_config_t;
-
-typedef struct
-{
-    tribo_friction_f32_params_t friction;
-    tribo_arm_f32_params_t      arm;
-} tribo_compensator_f32_params_t;
-
-typedef struct
-{
-    tribo_friction_f32_state_t friction; ///< counts the bad inputs
-    tribo_arm_f32_state_t      arm;
-} tribo_compensator_f32_state_t;
 
 /// Signals of one step, for logging.
 typedef struct
@@ -193,9 +127,6 @@ float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
                               float                              force_n,
                               tribo_friction_f32_signals_t      *signals);
 
-/// One step of the relays from pulses, for a caller with its own delay lines. Cannot fail.
-uint8_t tribo_relay_latch_step(tribo_relay_latch_t *latch, uint8_t pulses);
-
 /// At rest at F = 0, counter 0.
 void tribo_arm_f32_reset(tribo_arm_f32_state_t *state);
 
@@ -220,6 +151,84 @@ float tribo_compensator_f32_step(const tribo_compensator_f32_params_t *params,
                                  tribo_compensator_f32_state_t        *state,
                                  float                                 u_n,
                                  tribo_compensator_f32_signals_t      *signals);
+
+// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+
+#define TRIBO_EDGE_WIDTH_MAX 63u ///< longest pulse, in samples
+
+typedef struct
+{
+    uint8_t line[TRIBO_EDGE_WIDTH_MAX + 1u]; ///< past inputs, a ring
+    uint8_t head;                            ///< place of the next input
+} tribo_edge_state_t;
+
+/// The sample-and-hold pair alone.
+typedef struct
+{
+    uint8_t held; ///< outputs, and from bit 4 the last trigger (set or reset of each), to detect its rise
+} tribo_relay_latch_t;
+
+typedef struct
+{
+    tribo_edge_state_t  edge;
+    tribo_relay_latch_t latch;
+} tribo_relay_state_t;
+
+/// k(v) 1.57 (1 + p) / 8 = at_0 + per_power p / 8, p = 2^-|exponent|; see src/friction/law_f32.h.
+typedef struct
+{
+    float at_0, per_power;
+} tribo_friction_f32_k_t;
+
+/// Constants of a step, made by tribo_friction_f32_init. Const from then on; may be shared.
+struct tribo_friction_f32_params
+{
+    float                  rate_hz;                             ///< 1/h
+    float                  exponent_per_rise, exponent_at_rest; ///< of E = 2^(exponent_per_rise v h - exponent_at_rest)
+    tribo_friction_f32_k_t k[2];                                ///< for an exponent of 0 or more, and below 0
+    tribo_breakaway_f32_t  law[2];                              ///< L+, L-
+    const tribo_breakaway_point_f32_t *table;                   ///< null: the affine laws
+    TRIBO_LEVEL_PARAMETERS(TRIBO_FLOAT_MEMBER)                  ///< c1, c2
+    float   gravity_n;
+    uint8_t table_length;
+    uint8_t pulse_width; ///< samples
+};
+
+struct tribo_friction_f32_state
+{
+    float               n_n;        ///< n[k-1]
+    uint32_t            bad_inputs; ///< steps with a bad input since reset; stops at UINT32_MAX
+    tribo_relay_state_t relay;
+};
+
+/// The arm of tribo_compensator_f32_params_t; src/friction/arm_f32.h has the equations.
+struct tribo_arm_f32_params
+{
+    float phi_d, phi_g;     ///< one sample's change of F
+    float gamma_d, gamma_g; ///< the next G
+};
+
+struct tribo_arm_f32_state
+{
+    float    force_n;        ///< F = K theta
+    float    force_change_n; ///< G = K theta' h
+    uint32_t clamped;        ///< F held at its limit since reset; stops at UINT32_MAX
+};
+
+struct tribo_compensator_f32_params
+{
+    tribo_friction_f32_params_t friction;
+    tribo_arm_f32_params_t      arm;
+};
+
+struct tribo_compensator_f32_state
+{
+    tribo_friction_f32_state_t friction; ///< counts the bad inputs
+    tribo_arm_f32_state_t      arm;
+};
+
+/// One step of the relays from pulses, for a caller with its own delay lines. Cannot fail.
+uint8_t tribo_relay_latch_step(tribo_relay_latch_t *latch, uint8_t pulses);
 
 #ifdef __cplusplus
 }

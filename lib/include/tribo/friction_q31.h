@@ -28,12 +28,12 @@
 extern "C" {
 #endif
 
-/// Breakaway in one direction, L(F) = offset + slope |F|, at most FS.
-typedef struct
-{
-    uint32_t offset; ///< Q31, over 0
-    uint32_t slope;  ///< its fraction, Q32
-} tribo_breakaway_q31_t;
+typedef struct tribo_friction_q31_params    tribo_friction_q31_params_t;
+typedef struct tribo_friction_q31_state     tribo_friction_q31_state_t;
+typedef struct tribo_arm_q31_params         tribo_arm_q31_params_t;
+typedef struct tribo_arm_q31_state          tribo_arm_q31_state_t;
+typedef struct tribo_compensator_q31_params tribo_compensator_q31_params_t;
+typedef struct tribo_compensator_q31_state  tribo_compensator_q31_state_t;
 
 /// One point of a breakaway table, all Q31.
 typedef struct
@@ -42,32 +42,6 @@ typedef struct
     int32_t positive; ///< L+, over 0
     int32_t negative; ///< L-, over 0
 } tribo_breakaway_point_q31_t;
-
-/// Constants of a step, made by tribo_friction_q31_init.
-typedef struct
-{
-    uint32_t                           rise_max;         ///< limit of the rise of |n|, where E is 2^32 or more
-    uint32_t                           exponent_rate;    ///< of E = 2^exponent, per rise 2^rise_shift, Q54
-    int32_t                            exponent_at_rest; ///< minus the exponent at no rise, Q22
-    uint32_t                           k_min, k_max;     ///< times 2^-S, Q32
-    tribo_breakaway_q31_t              law[2];           ///< L+, L-
-    const tribo_breakaway_point_q31_t *table;            ///< null: the affine laws
-    TRIBO_LEVEL_PARAMETERS(TRIBO_UNSIGNED_MEMBER)        ///< c1, c2, Q32; 1 becomes UINT32_MAX
-    int32_t gravity;                                     ///< Q31
-    uint8_t law_whole[2];                                ///< the slopes' whole parts, 0 to 10
-    uint8_t rise_shift;                                  ///< 1 to 31
-    uint8_t k_shift;                                     ///< S
-    bool    is_shallow;                                  ///< no table, slopes below 1, no L beyond FS
-    uint8_t table_length;
-    uint8_t pulse_width; ///< samples
-} tribo_friction_q31_params_t;
-
-typedef struct
-{
-    int32_t             n;         ///< n[k-1], Q31
-    uint32_t            saturated; ///< net forces clamped since reset; stops at UINT32_MAX
-    tribo_relay_state_t relay;
-} tribo_friction_q31_state_t;
 
 /// Signals of one step, for logging.
 typedef struct
@@ -78,33 +52,6 @@ typedef struct
     int32_t f;      ///< friction, Q31
     uint8_t relays; ///< TRIBO_RELAY_Q1, _Q2 and, for Eq. (8), _Q
 } tribo_friction_q31_signals_t;
-
-/// The arm of tribo_compensator_q31_params_t; src/friction/arm_q31.h has the equations.
-typedef struct
-{
-    int32_t phi_d, phi_g;     ///< Q28, together within +-4; phi_d with the 2^s of G in it
-    int32_t gamma_d, gamma_g; ///< Q28, within +-4; gamma_d with the 2^s of G in it
-    uint8_t shift;            ///< s, 0 to 15
-} tribo_arm_q31_params_t;
-
-typedef struct
-{
-    int64_t  force;        ///< F = K theta, Q59
-    int32_t  force_change; ///< G 2^s, Q31
-    uint32_t saturated;    ///< F or G clamped since reset; stops at UINT32_MAX
-} tribo_arm_q31_state_t;
-
-typedef struct
-{
-    tribo_friction_q31_params_t friction;
-    tribo_arm_q31_params_t      arm;
-} tribo_compensator_q31_params_t;
-
-typedef struct
-{
-    tribo_friction_q31_state_t friction; ///< counts the bad inputs
-    tribo_arm_q31_state_t      arm;
-} tribo_compensator_q31_state_t;
 
 /// Signals of one step, for logging.
 typedef struct
@@ -156,6 +103,68 @@ int32_t tribo_compensator_q31_step(const tribo_compensator_q31_params_t *params,
                                    tribo_compensator_q31_state_t        *state,
                                    int32_t                               u,
                                    tribo_compensator_q31_signals_t      *signals);
+
+// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+
+/// Breakaway in one direction, L(F) = offset + slope |F|, at most FS.
+typedef struct
+{
+    uint32_t offset; ///< Q31, over 0
+    uint32_t slope;  ///< its fraction, Q32
+} tribo_breakaway_q31_t;
+
+/// Constants of a step, made by tribo_friction_q31_init.
+struct tribo_friction_q31_params
+{
+    uint32_t                           rise_max;         ///< limit of the rise of |n|, where E is 2^32 or more
+    uint32_t                           exponent_rate;    ///< of E = 2^exponent, per rise 2^rise_shift, Q54
+    int32_t                            exponent_at_rest; ///< minus the exponent at no rise, Q22
+    uint32_t                           k_min, k_max;     ///< times 2^-S, Q32
+    tribo_breakaway_q31_t              law[2];           ///< L+, L-
+    const tribo_breakaway_point_q31_t *table;            ///< null: the affine laws
+    TRIBO_LEVEL_PARAMETERS(TRIBO_UNSIGNED_MEMBER)        ///< c1, c2, Q32; 1 becomes UINT32_MAX
+    int32_t gravity;                                     ///< Q31
+    uint8_t law_whole[2];                                ///< the slopes' whole parts, 0 to 10
+    uint8_t rise_shift;                                  ///< 1 to 31
+    uint8_t k_shift;                                     ///< S
+    bool    is_shallow;                                  ///< no table, slopes below 1, no L beyond FS
+    uint8_t table_length;
+    uint8_t pulse_width; ///< samples
+};
+
+struct tribo_friction_q31_state
+{
+    int32_t             n;         ///< n[k-1], Q31
+    uint32_t            saturated; ///< net forces clamped since reset; stops at UINT32_MAX
+    tribo_relay_state_t relay;
+};
+
+/// The arm of tribo_compensator_q31_params_t; src/friction/arm_q31.h has the equations.
+struct tribo_arm_q31_params
+{
+    int32_t phi_d, phi_g;     ///< Q28, together within +-4; phi_d with the 2^s of G in it
+    int32_t gamma_d, gamma_g; ///< Q28, within +-4; gamma_d with the 2^s of G in it
+    uint8_t shift;            ///< s, 0 to 15
+};
+
+struct tribo_arm_q31_state
+{
+    int64_t  force;        ///< F = K theta, Q59
+    int32_t  force_change; ///< G 2^s, Q31
+    uint32_t saturated;    ///< F or G clamped since reset; stops at UINT32_MAX
+};
+
+struct tribo_compensator_q31_params
+{
+    tribo_friction_q31_params_t friction;
+    tribo_arm_q31_params_t      arm;
+};
+
+struct tribo_compensator_q31_state
+{
+    tribo_friction_q31_state_t friction; ///< counts the bad inputs
+    tribo_arm_q31_state_t      arm;
+};
 
 #ifdef __cplusplus
 }

@@ -38,6 +38,8 @@
 extern "C" {
 #endif
 
+typedef struct tribo_joint_f32 tribo_joint_f32_t;
+
 /// Units of effort and of q are those of your loop.
 typedef struct
 {
@@ -58,55 +60,6 @@ typedef enum
     TRIBO_JOINT_HUNTING, ///< it went to and fro about a resting q_ref
     TRIBO_JOINT_REVERSED ///< the effort has gained energy from friction: its sign or the encoder's is wrong
 } tribo_joint_cause_t;
-
-/// Constants of a tick.
-typedef struct
-{
-    float    effort_max, half, fastest; ///< half of `travel`; motion of a tick that is none
-    float    gain;                      ///< as asked for
-    float    jump;                      ///< of the term a tick, over the learned friction
-    float    level_part, observer_part, actuator_part;
-    float    fade_step;
-    uint32_t rest_ticks;
-} tribo_joint_f32_params_t;
-
-/// A slide: from a reversal of q to the next. `slow` is the part of it below half of the last slide's peak speed: there is no viscous
-/// friction worth the name, and kinetic energy is the same at both ends of the rest.
-typedef struct
-{
-    float    moved, effort;    ///< motion of a tick, and effort without the load; low passes
-    float    slack;            ///< of moved, in a play of `travel`
-    float    travel, intended; ///< of q and of q_ref
-    float    work, slow_travel, slow_work;
-    float    peak, knee; ///< largest speed of this slide; half of the last one's
-    float    mean[2];    ///< effort against the motion, of the last slides that counted: negative, positive
-    uint32_t ticks;
-    int8_t   side;
-    uint8_t  follows; ///< q_ref has been other than q
-    uint8_t  has[2];  ///< means
-} tribo_joint_f32_slide_t;
-
-typedef struct
-{
-    tribo_joint_f32_params_t params;
-    uint8_t                  made, runs, learned;
-    uint8_t                  cause;             ///< tribo_joint_cause_t, latched
-    uint8_t                  against;           ///< slides in succession that gave energy
-    uint8_t                  turns;             ///< of the direction since q_ref came to rest
-    uint8_t                  is_off;            ///< q is away from a resting q_ref
-    int8_t                   sign, intended;    ///< of the term; of the last motion of q_ref
-    uint32_t                 still;             ///< ticks since q_ref moved, up to rest_ticks
-    float                    q_ref, q;          ///< of the last tick
-    float                    slack, astray;     ///< of q_ref, in a play of half a travel; motion away from q_ref
-    float                    share;             ///< of the term that the guard lets through
-    float                    level, term, kept; ///< kept: what the loop's integral has of the term after a rest
-    float                    load, lagged;      ///< as given; u behind the actuator
-    float                    friction, spread,
-        offset; ///< learned: half of the difference of both directions, its deviation, half of their sum
-    float                   direction;                 ///< of the motion, low pass of -1 to 1
-    uint32_t                bad_inputs, limited_ticks; ///< since the init; they stop at UINT32_MAX
-    tribo_joint_f32_slide_t slide;
-} tribo_joint_f32_t;
 
 /// For both arithmetics, in your units.
 typedef struct
@@ -156,6 +109,57 @@ void tribo_joint_f32_report(const tribo_joint_f32_t *joint, tribo_joint_report_t
 
 /// A sentence on a cause.
 const char *tribo_joint_cause_text(tribo_joint_cause_t cause);
+
+// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+
+/// Constants of a tick.
+typedef struct
+{
+    float    effort_max, half, fastest; ///< half of `travel`; motion of a tick that is none
+    float    gain;                      ///< as asked for
+    float    jump;                      ///< of the term a tick, over the learned friction
+    float    level_part, observer_part, actuator_part;
+    float    fade_step;
+    uint32_t rest_ticks;
+} tribo_joint_f32_params_t;
+
+/// A slide: from a reversal of q to the next. `slow` is the part of it below half of the last slide's peak speed: there is no viscous
+/// friction worth the name, and kinetic energy is the same at both ends of the rest.
+typedef struct
+{
+    float    moved, effort;    ///< motion of a tick, and effort without the load; low passes
+    float    slack;            ///< of moved, in a play of `travel`
+    float    travel, intended; ///< of q and of q_ref
+    float    work, slow_travel, slow_work;
+    float    peak, knee; ///< largest speed of this slide; half of the last one's
+    float    mean[2];    ///< effort against the motion, of the last slides that counted: negative, positive
+    uint32_t ticks;
+    int8_t   side;
+    uint8_t  follows; ///< q_ref has been other than q
+    uint8_t  has[2];  ///< means
+} tribo_joint_f32_slide_t;
+
+struct tribo_joint_f32
+{
+    tribo_joint_f32_params_t params;
+    uint8_t                  made, runs, learned;
+    uint8_t                  cause;             ///< tribo_joint_cause_t, latched
+    uint8_t                  against;           ///< slides in succession that gave energy
+    uint8_t                  turns;             ///< of the direction since q_ref came to rest
+    uint8_t                  is_off;            ///< q is away from a resting q_ref
+    int8_t                   sign, intended;    ///< of the term; of the last motion of q_ref
+    uint32_t                 still;             ///< ticks since q_ref moved, up to rest_ticks
+    float                    q_ref, q;          ///< of the last tick
+    float                    slack, astray;     ///< of q_ref, in a play of half a travel; motion away from q_ref
+    float                    share;             ///< of the term that the guard lets through
+    float                    level, term, kept; ///< kept: what the loop's integral has of the term after a rest
+    float                    load, lagged;      ///< as given; u behind the actuator
+    float                    friction, spread,
+        offset; ///< learned: half of the difference of both directions, its deviation, half of their sum
+    float                   direction;                 ///< of the motion, low pass of -1 to 1
+    uint32_t                bad_inputs, limited_ticks; ///< since the init; they stop at UINT32_MAX
+    tribo_joint_f32_slide_t slide;
+};
 
 #ifdef __cplusplus
 }

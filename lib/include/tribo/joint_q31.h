@@ -10,38 +10,7 @@
 extern "C" {
 #endif
 
-/// See the twin. Motion is Q12 of a count, parts are Q32.
-typedef struct
-{
-    int32_t  effort_max, half, fastest;
-    uint32_t gain, jump, level_part, observer_part, actuator_part, fade_step, rest_ticks;
-    float    unit; ///< effort of full scale
-} tribo_joint_q31_params_t;
-
-typedef struct
-{
-    int32_t  moved, effort, slack;
-    int64_t  travel, intended, work, slow_travel, slow_work; ///< work: Q23 of full scale, times Q12 of a count
-    int32_t  peak, knee, mean[2];
-    uint32_t ticks;
-    int8_t   side;
-    uint8_t  follows, has[2];
-} tribo_joint_q31_slide_t;
-
-/// See the twin.
-typedef struct
-{
-    tribo_joint_q31_params_t params;
-    uint8_t                  made, runs, learned, cause, against, turns, is_off;
-    int8_t                   sign, intended;
-    uint32_t                 still;
-    int32_t                  q_ref, q, slack, astray;
-    uint32_t                 share; ///< Q32
-    int32_t                  level, term, kept, load, lagged, friction, spread, offset;
-    int32_t                  direction; ///< Q30
-    uint32_t                 bad_inputs, limited_ticks;
-    tribo_joint_q31_slide_t  slide;
-} tribo_joint_q31_t;
+typedef struct tribo_joint_q31 tribo_joint_q31_t;
 
 /// See the twin, whose statuses these are.
 tribo_status_t tribo_joint_q31_init(tribo_joint_q31_t *joint, const tribo_joint_config_t *config);
@@ -63,6 +32,41 @@ tribo_joint_force_t tribo_joint_q31_force(const tribo_joint_q31_t *joint);
 
 /// See the twin.
 void tribo_joint_q31_report(const tribo_joint_q31_t *joint, tribo_joint_report_t *report);
+
+// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+
+/// See the twin. Motion is Q12 of a count, parts are Q32.
+typedef struct
+{
+    int32_t  effort_max, half, fastest;
+    uint32_t gain, jump, level_part, observer_part, actuator_part, fade_step, rest_ticks;
+    float    unit; ///< effort of full scale
+} tribo_joint_q31_params_t;
+
+typedef struct
+{
+    int32_t  moved, effort, slack;
+    int64_t  travel, intended, work, slow_travel, slow_work; ///< work: Q23 of full scale, times Q12 of a count
+    int32_t  peak, knee, mean[2];
+    uint32_t ticks;
+    int8_t   side;
+    uint8_t  follows, has[2];
+} tribo_joint_q31_slide_t;
+
+/// See the twin.
+struct tribo_joint_q31
+{
+    tribo_joint_q31_params_t params;
+    uint8_t                  made, runs, learned, cause, against, turns, is_off;
+    int8_t                   sign, intended;
+    uint32_t                 still;
+    int32_t                  q_ref, q, slack, astray;
+    uint32_t                 share; ///< Q32
+    int32_t                  level, term, kept, load, lagged, friction, spread, offset;
+    int32_t                  direction; ///< Q30
+    uint32_t                 bad_inputs, limited_ticks;
+    tribo_joint_q31_slide_t  slide;
+};
 
 #ifdef __cplusplus
 }
