@@ -23,7 +23,7 @@ static tribo_feedforward_f32_memory_t memory;
 static void start()
 {
     loop.memory = &memory.state.tick;
-    (void)tribo_force_loop_f32_start(&loop, &rig_params, false);
+    (void)tribo_force_loop_f32_start(&loop, &rig_params, true); // what it has learned it keeps
 }
 
 static double torque_for(double reference, double reading)

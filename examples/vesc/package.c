@@ -34,7 +34,7 @@ static bool make(axis_t *axis)
     rig.sample_time_s                           = PERIOD_S; // the paper's controller is refused at another than 1 ms
     rig.method                                  = tribo_feedforward_f32_use(&axis->feedforward, &method);
     rig.guard                                   = tribo_guard_f32_use(&axis->guard_params, &limits);
-    axis->loop.memory                           = &axis->memory.state.tick;
+    axis->loop                                  = (tribo_force_loop_f32_state_t){.memory = &axis->memory.state.tick};
     return tribo_force_loop_f32_init(&axis->params, &rig) == TRIBO_OK &&
            tribo_force_loop_f32_start(&axis->loop, &axis->params, false) == TRIBO_OK;
 }

@@ -32,7 +32,7 @@ typedef struct
 } loop_setup_t;
 
 /// Checks `config` and computes `setup->params`; a method or a guard that it names is to be made in `setup`. f32 ignores `full_scale_n`, and its params point to the breakaway table of
-/// `config`, which must outlive them. Writes all or nothing. Not for the tick.
+/// `config`, which must outlive them. Where it is refused, nothing of `setup` may be used. Not for the tick.
 tribo_status_t loop_setup(loop_setup_t *setup, const tribo_force_loop_f32_config_t *config, float full_scale_n);
 
 /// The loop at rest, with `memory` for a feed-forward, null: none. What is learned stays; so does what a guard has latched and faded.

@@ -109,7 +109,7 @@ FUNCTIONS = [
     ),
     (
         "tribo_force_loop_*_step with the feed-forward",
-        "The whole tick with params of tribo_force_loop_feedforward_*_init: learning while the arm slides, reversals, r at rest.",
+        "The whole tick with params that name the feed-forward: learning while the arm slides, reversals, r at rest.",
         [
             ("instructions over fast triangles with rests, minimum / mean / worst (one that learns)", "feedforward.tick.min",
              "feedforward.tick.mean", "feedforward.tick.max"),

@@ -1291,6 +1291,31 @@ static void test_friction_fed_forward_on_trial_stays_so_and_the_past_is_forgiven
     TEST_ASSERT_EQUAL_UINT32(4, feedback->length);
 }
 
+static void test_a_zeroed_memory_has_nothing_to_keep(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    TRIBO(force_loop, functions_t) functions;
+    TRIBO(feedforward, method)(&functions);
+    init(&x);
+    memset(&x.memory, 0, sizeof x.memory);
+    functions.start(&x.memory, true);
+    TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.3).relative_variance == 1.0f);
+    for (int k = 0; k < 3000; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, feedforward_learned(&x, 0, 0.3).forgotten);
+    TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.3).travel_n > 0.0f);
+}
+
+static void test_params_without_a_method_have_learned_nothing(void)
+{
+    init(&x);
+    x.loop.method                             = NULL;
+    const tribo_feedforward_learned_t learned = feedforward_learned(&x, 0, 0.3);
+    TEST_ASSERT_TRUE(learned.L_n == 0.0f && learned.relative_variance == 0.0f && learned.travel_n == 0.0f);
+}
+
 static void test_friction_is_fed_back_over_restarts_until_restored(void)
 {
     init(&x);
@@ -1692,6 +1717,8 @@ int main(void)
     RUN_TEST(test_a_first_reversal_takes_a_lack_for_less_friction_and_more_for_a_load);
     RUN_TEST(test_friction_that_costs_more_than_it_saves_is_fed_back_for_longer_each_time);
     RUN_TEST(test_friction_fed_forward_on_trial_stays_so_and_the_past_is_forgiven);
+    RUN_TEST(test_a_zeroed_memory_has_nothing_to_keep);
+    RUN_TEST(test_params_without_a_method_have_learned_nothing);
     RUN_TEST(test_friction_is_fed_back_over_restarts_until_restored);
     RUN_TEST(test_a_method_that_is_entered_again_and_again_is_not_said_to_do_harm);
     RUN_TEST(test_a_bad_first_tick_waits);

@@ -48,7 +48,7 @@ static void test_a_latched_cause_fades_the_papers_friction(void)
     TEST_ASSERT_TRUE(loop.state.guard.fade == 0 && seen.feedforward == 0.0);
 }
 
-static void test_a_loop_has_all_its_friction_when_no_guard_is_attached(void)
+static void test_a_loop_has_all_its_friction_when_no_guard_is_named(void)
 {
     for (int k = 0; k < 1000; k++)
     {
@@ -149,7 +149,7 @@ static void test_bad_inputs_are_not_judged(void)
     TEST_ASSERT_TRUE(loop.state.guard.running);
 }
 
-static void test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds(void)
+static void test_a_loop_whose_memory_is_not_named_is_judged_by_what_it_adds(void)
 {
     feed_forward();
     loop_detach_memory(&loop);
@@ -188,14 +188,14 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_latched_cause_fades_the_papers_friction);
-    RUN_TEST(test_a_loop_has_all_its_friction_when_no_guard_is_attached);
+    RUN_TEST(test_a_loop_has_all_its_friction_when_no_guard_is_named);
     RUN_TEST(test_a_restart_keeps_a_latched_cause_and_its_fade_with_what_was_learned);
     RUN_TEST(test_the_first_start_of_a_zeroed_state_has_nothing_to_keep);
     RUN_TEST(test_u_does_not_jump_when_a_guard_is_given_up);
     RUN_TEST(test_u_does_not_jump_when_friction_that_a_guard_has_faded_changes);
     RUN_TEST(test_a_latched_cause_fades_friction_that_is_fed_forward);
     RUN_TEST(test_bad_inputs_are_not_judged);
-    RUN_TEST(test_a_loop_whose_memory_is_not_attached_is_judged_by_what_it_adds);
+    RUN_TEST(test_a_loop_whose_memory_is_not_named_is_judged_by_what_it_adds);
     RUN_TEST(test_the_papers_method_takes_over_the_fade_that_a_guard_has_left);
     return UNITY_END();
 }

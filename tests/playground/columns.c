@@ -18,7 +18,7 @@ static bool play_scenario(int count, char **arguments, common_error_t *error)
 
 static bool play_joint(char **numbers)
 {
-    double *settings = (double *)playground_room(JOINT_SETTINGS * sizeof(double));
+    double *settings = (double *)(void *)playground_room(JOINT_SETTINGS * sizeof(double));
     for (int i = 0; settings != NULL && i < JOINT_SETTINGS; i++)
     {
         settings[i] = strtod(numbers[i], NULL);

@@ -59,9 +59,9 @@ typedef struct
     float relative_variance; ///< of L in this direction, over the prior's
     float travel_n;          ///< learned from, both ways; without a sensor widths of motion times reversal_n
     bool  at_bound;          ///< learning has hit its limit, 0.2 or 3 times the configured value
-    bool  stays_at_bound;    ///< four consecutive reversals found it so; latched until reset or restore
+    bool  stays_at_bound;    ///< four consecutive reversals found it so; latched until restore or a start anew
     bool
-        harms; ///< friction fed forward cost more effort than it saved, and was fed back; latched until reset or restore
+        harms; ///< friction fed forward cost more effort than it saved, and was fed back; latched until restore or a start anew
     uint32_t late;      ///< samples whose result was late
     uint32_t forgotten; ///< times that a corrupt memory was reset
 } tribo_feedforward_learned_t;
@@ -100,7 +100,7 @@ void tribo_feedforward_f32_reset(tribo_feedforward_f32_state_t *state);
 bool tribo_feedforward_f32_learn(const tribo_force_loop_f32_params_t *params, tribo_feedforward_f32_memory_t *memory);
 
 /// Learned breakaway in `direction` (TRIBO_BREAKAWAY_POSITIVE or _NEGATIVE) at the end-point force `force_n`, with the `params` of a loop
-/// with or without a sensor. A bad force counts as 0. Not for every tick.
+/// with or without a sensor; all 0 with params that name no method. A bad force counts as 0. Not for every tick.
 tribo_feedforward_learned_t tribo_feedforward_f32_learned(const tribo_force_loop_f32_params_t *params,
                                                           const tribo_feedforward_f32_state_t *state,
                                                           uint32_t                             direction,
@@ -349,14 +349,14 @@ typedef struct
     tribo_feedforward_f32_effort_t effort;
 } tribo_feedforward_f32_motion_t;
 
-/// Memory of a feed-forward: `&memory.state.tick` is the memory of a loop.
+/// Memory of a feed-forward: `&memory.state.tick` is the memory of a loop, and a state alone is too small.
 struct tribo_feedforward_f32_memory
 {
     tribo_feedforward_f32_state_t  state;
     tribo_feedforward_f32_motion_t motion;
 };
 
-/// True while the learner has a sample: then leave reset and restore alone unless the caller is the one who learns.
+/// True while the learner has a sample: then leave reset, restore and a start without keep_learned alone unless the caller is the one who learns.
 static inline bool tribo_feedforward_f32_is_learning(const tribo_feedforward_f32_state_t *state)
 {
     return state->exchange.owner == TRIBO_FEEDFORWARD_OWNER_LEARNER;

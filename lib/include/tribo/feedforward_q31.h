@@ -196,7 +196,7 @@ struct tribo_feedforward_q31_memory
     tribo_feedforward_q31_motion_t motion;
 };
 
-/// True while the learner has a sample: then leave reset and restore alone unless the caller is the one who learns.
+/// True while the learner has a sample: then leave reset, restore and a start without keep_learned alone unless the caller is the one who learns.
 static inline bool tribo_feedforward_q31_is_learning(const tribo_feedforward_q31_state_t *state)
 {
     return state->exchange.owner == TRIBO_FEEDFORWARD_OWNER_LEARNER;

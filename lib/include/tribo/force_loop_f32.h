@@ -132,7 +132,8 @@ static inline float tribo_force_loop_f32_usual_force_n(const tribo_force_loop_f3
 /// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX, TRIBO_ERR_GAIN, TRIBO_ERR_USUAL_FORCE, or a status of tribo_controller_f32_init,
 /// TRIBO_ERR_PAPER_SAMPLE_TIME for the paper's controller at another sample time than its own, a status of
 /// tribo_compensator_f32_init, and then of the method and the guard, or TRIBO_ERR_PART for one of Q31. Writes no `params` unless
-/// TRIBO_OK. Params of method and guard must outlive `params`, which point to them. Not for the tick.
+/// TRIBO_OK; those of the method may be made already where the guard is refused. Both must outlive `params`, which point to them. Not for
+/// the tick.
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
                                          const tribo_force_loop_f32_config_t *config);
 
@@ -144,7 +145,10 @@ tribo_refusal_t tribo_force_loop_f32_refusal(tribo_status_t status, const tribo_
 /// The loop at rest at F = 0, counters 0; the second call of two. `keep_learned` keeps what an earlier run has learned, and what the guard has
 /// latched and faded; the first start of a zeroed state has nothing to keep. Returns TRIBO_OK, TRIBO_ERR_NULL, or TRIBO_ERR_MEMORY where
 /// the params name a method and state.memory is null: such a loop would be the controller alone, and count each tick as a bad input.
-/// Not for the tick.
+///
+/// Name state.memory before each start, also where later params may name a method: the start takes the pointer as it is. Params without a
+/// method leave the memory alone. A start of a running loop makes u jump. Without `keep_learned` it resets what a learner in the background
+/// may be at work on, and wants that one to be idle.
 tribo_status_t tribo_force_loop_f32_start(tribo_force_loop_f32_state_t        *state,
                                           const tribo_force_loop_f32_params_t *params,
                                           bool                                 keep_learned);
@@ -162,7 +166,7 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
 ///     e = tribo_force_loop_f32_error(&params, &state, r, y);
 ///     u = tribo_force_loop_f32_command(&params, &state, my_controller(e), &excess);
 ///
-/// Guard, retuning and bad inputs as in the tick. The params' own controller does not run. `excess` is what the limit has taken, u less the
+/// Guard, retuning and bad inputs as in the tick, but a change from a method to none drops its term. The params' own controller does not run. `excess` is what the limit has taken, u less the
 /// sum of v and the method's term, 0 within the limits: it is what the anti-windup of your controller wants to know. Without a method
 /// u is v within the limits. A v that is not a number, or beyond 1e6 N, counts as a bad input and as 0. Cannot fail.
 float tribo_force_loop_f32_error(const tribo_force_loop_f32_params_t *params,

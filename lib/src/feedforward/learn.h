@@ -53,6 +53,10 @@ tribo_feedforward_learned_t FEED(learned)(const loop_params_t *params,
                                           uint32_t             direction,
                                           force_t              force)
 {
+    if (params->method == NULL)
+    {
+        return (tribo_feedforward_learned_t){.L_n = 0.0f};
+    }
     const tribo_feedforward_learning_t *const learning = &params_of(params)->learning;
     const friction_params_t *const            friction = &params->compensator.friction;
 

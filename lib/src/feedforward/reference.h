@@ -166,11 +166,11 @@ static inline void enter_at(state_t *x, force_t term, bool anew)
     x->tick.has_e      = goes_on;
 }
 
-/// Before the first tick of a run.
+/// Before the first tick of a run. A zeroed memory has nothing to keep.
 static inline void method_start(void *memory, bool keep_learned)
 {
     memory_t *const of = (memory_t *)memory;
-    if (!keep_learned)
+    if (!keep_learned || of->state.learner.seal == 0u)
     {
         FEED(reset)(&of->state);
     }

@@ -1,7 +1,7 @@
 // A change of params between two ticks, a text for both arithmetics. u continues from its value under the old params, even if gain,
 // controller, friction and method have changed.
 
-/// The params of the last tick; `params` after a reset or if the pointer is corrupt, which means no change.
+/// The params of the last tick; `params` after a start or if the pointer is corrupt, which means no change.
 static const loop_params_t *active(const loop_state_t *state, const loop_params_t *params)
 {
     const bool good = state->active != NULL && loop_sealed(state->active, state->active_seal);

@@ -23,7 +23,7 @@ static inline void loop_activate(loop_state_t *state, const loop_params_t *param
     state->active_seal = ~(uintptr_t)params;
 }
 
-/// The memory of the method; null where none is attached.
+/// The memory of the method; null where none is named.
 static inline void *loop_memory(const loop_state_t *state)
 {
     return loop_sealed(state->memory, state->memory_seal) ? state->memory : NULL;
