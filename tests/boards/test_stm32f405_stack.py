@@ -29,7 +29,7 @@ THROUGH_POINTERS = {
     r"operate.*": {"run_in_ram"},
     r"selftest_ram|holds|check_word|check_addresses": {"real_read", "real_write"},
     r"refusal_of": {"set_up_(f32|q31)"},
-    r"tribo_.*|last_of|make_part": {"tribo_.*", r"method_.*", "part_make"},
+    r"tribo_.*|last_of|make_part": {"tribo_.*", r"method_.*", r"part_make.*"},
     r"bridge_step|turn_on|calibrate": {"bridge_brushed", "bridge_brushed_begin"},
 }
 
