@@ -42,11 +42,15 @@ tribo_status_t fmu_door_change(void *door, const double fields[FIELD_COUNT])
 
 void fmu_door_tick(void *door, double signals[SIGNAL_COUNT])
 {
-    tribo_axis_report_t     report;
     tribo_axis_f32_t *const axis = movable_axis_here(door);
     signals[SIGNAL_u_n] = (double)tribo_axis_f32_step(axis, (float)signals[SIGNAL_r_n], (float)signals[SIGNAL_y_n]);
     movable_axis_ran(door);
-    tribo_axis_f32_report(axis, &report);
+}
+
+void fmu_door_report(void *door, double signals[SIGNAL_COUNT])
+{
+    tribo_axis_report_t report;
+    tribo_axis_f32_report(movable_axis_here(door), &report);
     signals[SIGNAL_breakaway_positive_n] = (double)report.breakaway_n[0];
     signals[SIGNAL_breakaway_negative_n] = (double)report.breakaway_n[1];
     signals[SIGNAL_low_positive_n]       = (double)report.low_n[0];

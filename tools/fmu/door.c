@@ -211,6 +211,7 @@ bool fmu_model_step(fmu_model_t *model, double t_s, double step_s)
     {
         fmu_door_tick(model->door, now->signals);
     }
+    fmu_door_report(model->door, now->signals);
     (void)fesetenv(&before);
     fmu_model_set_time(model, t_s + step_s);
     return true;

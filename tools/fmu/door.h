@@ -36,8 +36,11 @@ tribo_status_t fmu_door_start(void *door, const double fields[FIELD_COUNT]);
 /// Other tunable fields while it runs.
 tribo_status_t fmu_door_change(void *door, const double fields[FIELD_COUNT]);
 
-/// One tick: inputs are read, outputs written.
+/// One tick: inputs are read, and the command is written.
 void fmu_door_tick(void *door, double signals[SIGNAL_COUNT]);
+
+/// The other outputs.
+void fmu_door_report(void *door, double signals[SIGNAL_COUNT]);
 
 /// Latches open.
 void fmu_door_restore(void *door);

@@ -24,12 +24,16 @@ tribo_status_t fmu_door_change(void *door, const double fields[FIELD_COUNT])
 
 void fmu_door_tick(void *door, double signals[SIGNAL_COUNT])
 {
-    tribo_joint_report_t report;
     tribo_joint_f32_load(door, (float)signals[SIGNAL_load]);
     signals[SIGNAL_u] = (double)tribo_joint_f32_step(door,
                                                      (float)signals[SIGNAL_effort],
                                                      (float)signals[SIGNAL_q_ref],
                                                      (float)signals[SIGNAL_q]);
+}
+
+void fmu_door_report(void *door, double signals[SIGNAL_COUNT])
+{
+    tribo_joint_report_t report;
     tribo_joint_f32_report(door, &report);
     const tribo_joint_force_t force = tribo_joint_f32_force(door);
     signals[SIGNAL_friction]        = (double)report.friction;
