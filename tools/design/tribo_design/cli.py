@@ -5,8 +5,9 @@ import argparse
 from tribo_plot.version import add_option
 
 from . import tuning
-from .errors import InputError, check_number, run_command
+from .errors import run_command
 from .fields import FIELDS
+from .options import add_columns, add_number
 
 
 def main(argv=None):
@@ -48,30 +49,6 @@ def _parser():
     command = _add(commands, "check", "reads generated files back from the C header and verifies the loop again")
     command.add_argument("dir", metavar="DIR", help="that synthesize or import made")
     return parser
-
-
-def add_number(command, name, **more):
-    """An option of a number that somebody can mean."""
-
-    def number(text):
-        try:
-            return check_number(float(text))
-        except ValueError as error:
-            if "could not convert" in str(error):
-                raise
-            raise InputError(f"{name}: value {text}: {error}") from None
-
-    command.add_argument(name, type=number, **more)
-
-
-def add_columns(command):
-    """How a log is read, for logs.py of tribo_identify."""
-    command.add_argument("--column", action="append", default=[], metavar="ROLE=NAME", help="where t, u, F, x, v or r is, e.g. u=torque_cmd or u=#2; as in tribo-sim replay")
-    command.add_argument("--unit", action="append", default=[], metavar="ROLE=UNIT", help="e.g. t=ms, F=mN")
-    command.add_argument("--scale", action="append", default=[], metavar="ROLE=X", help="multiplies a column; `-` changes its sign")
-    command.add_argument("--bias", action="append", default=[], metavar="ROLE=X", help="added after the scale")
-    command.add_argument("--resample", nargs="?", const="", metavar="S", help="mends stamps that jitter, and small gaps")
-    command.add_argument("--gap", metavar="S", help="with --resample: a longer gap splits the log")
 
 
 def _add(commands, name, text, **more):

@@ -6,6 +6,7 @@ The command line takes its options from here, so what is more than the standard 
 import math
 
 from .errors import DesignError, InputError
+from .options import add_number
 
 METHOD = "feedforward"
 # Option, its default, least value, where a scenario has it, what it is. The defaults are the paper's rig.
@@ -32,8 +33,6 @@ TUNED = ("feedforward.actuator_pole_rad_per_s", "feedforward.sensor_pole_rad_per
 
 def add_options(command):
     command.add_argument("loop", nargs="?", metavar="LOOP.yaml", help="a scenario that has them, as tribo-rig or tribo-identify friction writes it; options count more")
-    from .cli import add_number
-
     for name, standard, _, _, text in (*RIG, FULL_SCALE):
         shown = "" if standard is None else f" ({standard:g})"
         add_number(command, f"--{name}", metavar="X", help=text + shown)

@@ -2,7 +2,7 @@
 
 import argparse
 
-from tribo_design.cli import add_columns, add_number
+from tribo_design.options import add_columns, add_number
 from tribo_design.errors import run_command
 from tribo_plot.version import add_option
 

@@ -846,7 +846,7 @@ def _doubts(result, level):
     if not found and (seen := list(_misfits(result, level, noise.NONE, 0.0))):  # noise explains it, and may hide as much
         found = result.noises.says(level, 0.0)[:1] or seen
     if found and result.noises.u > noise.NAMED["u"] * level:  # the model takes it as commanded, and that loosens all that sticks
-        found = [text for text in result.noises.says(level) if text.startswith("u has noise")]
+        found = [result.noises.sentence("u", level)]
     yield from result.shown if result.shown and (found or result.line_error is not None) else found
     if result.assume is None:
         yield from _readings(result)

@@ -28,13 +28,18 @@ class Noise:
         """What is left of rms without noise and rounding; `part`: what it has of a standard deviation."""
         return max(rms**2 - (OWN * part * np.hypot(self.force, self.rounding)) ** 2, 0.0) ** 0.5
 
+    def sentence(self, name, level):
+        """What `name` is beside breakaway, and what to do about it."""
+        if name == "force":
+            return f"F has noise of {self.force:.3g} N rms in averages over {1e3 * BIN_S:g} ms, {100 * self.force / level:.2g} % of breakaway. {QUIETER}"
+        if name == "rounding":
+            return f"u is logged in steps of {self.step:.3g} N, {100 * self.step / level:.2g} % of breakaway. Log the command with more digits, if the drive gets it so"
+        return f"u has noise of {self.u:.3g} N rms from row to row, {100 * self.u / level:.2g} % of breakaway. Log the command that the drive gets, no measured current"
+
     def says(self, level, times=1.0):
         """A sentence for each that is large beside breakaway, the largest first."""
-        texts = {"force": lambda: f"F has noise of {self.force:.3g} N rms in averages over {1e3 * BIN_S:g} ms, {100 * self.force / level:.2g} % of breakaway. {QUIETER}",
-                 "rounding": lambda: f"u is logged in steps of {self.step:.3g} N, {100 * self.step / level:.2g} % of breakaway. Log the command with more digits, if the drive gets it so",
-                 "u": lambda: f"u has noise of {self.u:.3g} N rms from row to row, {100 * self.u / level:.2g} % of breakaway. Log the command that the drive gets, no measured current"}
         found = {name: getattr(self, name) / (NAMED[name] * level) for name in NAMED}
-        return [texts[name]() for name in sorted(found, key=found.get, reverse=True) if found[name] > times]
+        return [self.sentence(name, level) for name in sorted(found, key=found.get, reverse=True) if found[name] > times]
 
     def hides(self, level, span):
         """A sentence, if friction is lost in it; or None."""
