@@ -175,44 +175,4 @@ static inline tribo_refusal_t tribo_loop_refusal(tribo_status_t                 
 #endif
 }
 
-/// The same with the feed-forward, whatever method `config` names.
-static inline tribo_status_t tribo_init_feedforward(TRIBO(force_loop, params_t) * params,
-                                                    tribo_point_t *table,
-                                                    TRIBO(feedforward, params_t) * feedforward,
-                                                    const tribo_force_loop_f32_config_t  *config,
-                                                    const tribo_feedforward_f32_config_t *feedforward_config,
-                                                    float                                 full_scale_n)
-{
-    tribo_force_loop_f32_config_t whole = *config;
-    whole.method                        = TRIBO(feedforward, use)(feedforward, feedforward_config);
-    return tribo_init_loop(params, table, &whole, full_scale_n);
-}
-
-static inline tribo_status_t tribo_init_sensorless(TRIBO(force_loop, params_t) * params,
-                                                   tribo_point_t *table,
-                                                   TRIBO(feedforward, params_t) * feedforward,
-                                                   const tribo_force_loop_f32_config_t  *config,
-                                                   const tribo_feedforward_f32_config_t *feedforward_config,
-                                                   const tribo_sensorless_f32_config_t  *sensorless_config,
-                                                   float                                 full_scale_n)
-{
-    tribo_force_loop_f32_config_t whole = *config;
-    whole.method                        = TRIBO(sensorless, use)(feedforward, feedforward_config, sensorless_config);
-    return tribo_init_loop(params, table, &whole, full_scale_n);
-}
-
-/// A guard beside a loop.
-static inline tribo_status_t tribo_init_guard(TRIBO(guard, params_t) * params,
-                                              const tribo_guard_f32_config_t *config,
-                                              float                           sample_time_s,
-                                              float                           full_scale_n)
-{
-#ifdef TRIBO_ARITHMETIC_Q31
-    return tribo_guard_q31_init(params, config, sample_time_s, full_scale_n);
-#else
-    (void)full_scale_n;
-    return tribo_guard_f32_init(params, config, sample_time_s);
-#endif
-}
-
 #endif

@@ -1,5 +1,7 @@
 #include "loop/loop_config.h"
 
+#include "loop/loop_parts.h"
+
 #include "tribo/paper_controller.h"
 
 #include <string.h>
@@ -114,21 +116,9 @@ void common_loop_config_fill(common_loop_config_t *loop, const common_loop_keys_
 
 tribo_status_t common_loop_config_status(const common_loop_config_t *loop)
 {
-    tribo_force_loop_f32_params_t  params;
-    tribo_feedforward_f32_params_t feedforward;
-    tribo_guard_f32_params_t       guard;
-    tribo_force_loop_f32_config_t  config = loop->config;
-    if (loop->is_sensorless)
-    {
-        config.method = tribo_sensorless_f32_use(&feedforward, &loop->feedforward, &loop->sensorless);
-    }
-    else if (loop->feeds_forward)
-    {
-        config.method = tribo_feedforward_f32_use(&feedforward, &loop->feedforward);
-    }
-    if (loop->guarded)
-    {
-        config.guard = tribo_guard_f32_use(&guard, &loop->guard);
-    }
+    tribo_force_loop_f32_params_t       params;
+    tribo_feedforward_f32_params_t      feedforward;
+    tribo_guard_f32_params_t            guard;
+    const tribo_force_loop_f32_config_t config = common_loop_with_parts(loop, &feedforward, &guard);
     return tribo_force_loop_f32_init(&params, &config);
 }

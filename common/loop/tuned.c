@@ -6,7 +6,7 @@ tribo_status_t common_tune(common_tuned_t *tuned, const common_rig_t *rig)
 
     tribo_feedforward_f32_params_t params;
     tribo_guard_f32_params_t       guard_params;
-    common_tuned_t made = {.feedforward = tribo_feedforward_f32_default(), .guard = tribo_guard_f32_default()};
+    common_tuned_t                 made      = {.feedforward = tribo_feedforward_f32_default()};
     made.feedforward.actuator_pole_rad_per_s = rig->actuator_pole_rad_per_s;
     made.feedforward.sensor_pole_rad_per_s   = rig->sensor_pole_rad_per_s;
     const tribo_status_t status              = tribo_feedforward_f32_init(&params,

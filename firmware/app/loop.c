@@ -76,10 +76,6 @@ tribo_feedforward_learned_t loop_learned(const loop_params_t *params,
                                          uint32_t             direction,
                                          loop_force_t         at)
 {
-    if (params->method == NULL)
-    {
-        return (tribo_feedforward_learned_t){0};
-    }
     return TRIBO(feedforward, learned)(params, &memory->state, direction, at);
 }
 

@@ -1,25 +1,15 @@
 #include "scenario/loop_functions.h"
 
+#include "loop/loop_parts.h"
 #include "tribo_arithmetic.h"
 
 #define IN(loop) TRIBO_EITHER(&(loop)->in_f32, &(loop)->in_q31)
 
 static tribo_status_t init(sim_loop_t *loop, const common_loop_config_t *config)
 {
-    TRIBO_PART(sim_loop, t) *in         = IN(loop);
-    tribo_force_loop_f32_config_t whole = config->config;
-    if (config->is_sensorless)
-    {
-        whole.method = TRIBO(sensorless, use)(&in->feedforward, &config->feedforward, &config->sensorless);
-    }
-    else if (config->feeds_forward)
-    {
-        whole.method = TRIBO(feedforward, use)(&in->feedforward, &config->feedforward);
-    }
-    if (config->guarded)
-    {
-        whole.guard = TRIBO(guard, use)(&in->guard_params, &config->guard);
-    }
+    TRIBO_PART(sim_loop, t) *in               = IN(loop);
+    const tribo_force_loop_f32_config_t whole = common_loop_with_parts(config, &in->feedforward, &in->guard_params);
+
     in->state.memory            = config->feeds_forward ? &in->memory.state.tick : NULL;
     const tribo_status_t status = tribo_init_loop(&in->params, in->table, &whole, (float)loop->full_scale_n);
     return status == TRIBO_OK ? TRIBO(force_loop, start)(&in->state, &in->params, false) : status;

@@ -6,7 +6,7 @@
 // "learned" is V L over the friction of the slides, the dissipated energy over the way. "error" is the RMS of the position error
 // without friction fed forward, over that with it, as believed and as learned.
 
-#include "../../wire/tribo_arithmetic.h"
+#include "../support/init_parts.h"
 
 #include <math.h>
 #include <stdbool.h>

@@ -1,5 +1,6 @@
 #include "foreign_loop.h"
 
+#include "../support/init_parts.h"
 #include "loop/tuned.h"
 
 #include "tribo/paper_controller.h"

@@ -4,7 +4,7 @@
 #ifndef TESTS_CONTRACT_ARITH_H
 #define TESTS_CONTRACT_ARITH_H
 
-#include "../../wire/tribo_arithmetic.h"
+#include "../support/init_parts.h"
 #include "seen.h"
 #if TRIBO_IS_Q31
 #include "../support/cascade_q31.h"

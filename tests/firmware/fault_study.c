@@ -11,7 +11,7 @@
 #include "app/drive.h"
 #include "app/loop.h"
 #include "board.h"
-#include "loop/loop_config.h"
+#include "loop/loop_parts.h"
 #include "own_plant.h"
 #include "plant/plant.h"
 #include "plant/random.h"
@@ -126,16 +126,8 @@ static void fail(const char *what)
 
 static tribo_status_t set_up_loop(rig_t *rig, float full_scale_n)
 {
-    const common_loop_config_t   *config = &rig->loop_config;
-    tribo_force_loop_f32_config_t whole  = config->config;
-    if (config->feeds_forward)
-    {
-        whole.method = TRIBO(feedforward, use)(&rig->loop.feedforward, &config->feedforward);
-    }
-    if (config->guarded)
-    {
-        whole.guard = TRIBO(guard, use)(&rig->loop.guard, &config->guard);
-    }
+    const tribo_force_loop_f32_config_t whole =
+        common_loop_with_parts(&rig->loop_config, &rig->loop.feedforward, &rig->loop.guard);
     return loop_setup(&rig->loop, &whole, full_scale_n);
 }
 

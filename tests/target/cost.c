@@ -3,6 +3,7 @@
 
 #include "../support/cascade_f32.h"
 #include "../support/cascade_q31.h"
+#include "../support/init_parts.h"
 #include "controller/anti_windup_f32.h"
 #include "controller/anti_windup_q31.h"
 #include "counter.h"
@@ -10,7 +11,6 @@
 #include "friction/arm_q31.h"
 #include "friction/law_f32.h"
 #include "friction/law_q31.h"
-#include "tribo_arithmetic.h"
 
 #include <stdio.h>
 

@@ -16,14 +16,14 @@
 /// more and costs about three ticks; free them when state.active is the new pointer. Do not write to params in use, nor to
 /// a breakaway table that they point to. All params of a loop are for one sample time.
 ///
-/// Friction is compensated by the paper's method (off: gain 0), or by the method in params.method: feedforward_f32.h. A guard
-/// against over-compensation may watch the loop, params.guard. A drive that names neither links neither. A change of params
+/// Friction is compensated by the paper's method (off: gain 0), or by the method that the config names: feedforward_f32.h. A guard
+/// against over-compensation may watch the loop. A drive that names neither links neither. A change of params
 /// may change the method without a jump of u.
 ///
-/// A flipped bit in RAM: a corrupt pointer in the state is not used. It is counted in `bad_inputs`. With a
-/// corrupt `active` there is no change of params. With a corrupt `memory` the controller runs alone until the next start. Params are trusted: they hold factors, pointers to params of parts, and pointers
-/// to code (the functions of `method` and of the guard). Nothing in a tick checks them, so keep them in
-/// flash, in RAM with ECC, or under a checksum of your own.
+/// A flipped bit in RAM: a corrupt pointer in the state is not used. It is counted in `bad_inputs`. With a corrupt `active` there is no
+/// change of params. With a corrupt `memory` the controller runs alone until the next start. Params are trusted: they hold factors,
+/// pointers to params of parts, and pointers to code (the functions of `method` and of the guard). Nothing in a tick checks them, so keep
+/// them in flash, in RAM with ECC, or under a checksum of your own.
 ///
 /// A third and a fourth section, a breakaway table and a change of params cost more when used; tests/bench/numbers_md.py prints the
 /// figures. No heap, no libm, no globals, no double in a tick; the same bits on every target. Not synchronized: one state, one tick.

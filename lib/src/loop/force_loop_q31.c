@@ -19,10 +19,9 @@ static tribo_status_t make_part(const tribo_loop_part_t             *part,
     return part->make_f32 == NULL ? TRIBO_OK : TRIBO_ERR_PART;
 }
 
-/// All but the parts.
-static tribo_status_t prepare(tribo_force_loop_q31_params_t       *made,
-                              const tribo_force_loop_q31_config_t *config,
-                              tribo_headroom_q31_t                *headroom)
+tribo_status_t tribo_force_loop_q31_prepare(tribo_force_loop_q31_params_t       *made,
+                                            const tribo_force_loop_q31_config_t *config,
+                                            tribo_headroom_q31_t                *headroom)
 {
     const tribo_force_loop_f32_config_t *const loop         = &config->loop;
     const float                                full_scale_n = config->full_scale_n;
@@ -61,7 +60,7 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     }
     tribo_headroom_q31_t          headroom;
     tribo_force_loop_q31_params_t made;
-    tribo_status_t                status = prepare(&made, config, &headroom);
+    tribo_status_t                status = tribo_force_loop_q31_prepare(&made, config, &headroom);
     if (status == TRIBO_OK)
     {
         status = make_part(&config->loop.method, config, &made);

@@ -23,13 +23,10 @@ static tribo_status_t set_up_f32(const tribo_force_loop_f32_config_t *config, fl
 
 static tribo_status_t set_up_q31(const tribo_force_loop_f32_config_t *config, float full_scale_n)
 {
-    tribo_force_loop_q31_params_t params;
-    tribo_breakaway_point_q31_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
-    tribo_force_loop_q31_config_t whole = {.loop = *config, .full_scale_n = full_scale_n, .table = table};
-
-    whole.loop.method = (tribo_loop_part_t){.config = NULL}; // what is about a list is refused before
-    whole.loop.guard  = (tribo_loop_guard_t){.part = {.config = NULL}};
-    return tribo_force_loop_q31_init(&params, &whole);
+    tribo_force_loop_q31_params_t       params;
+    tribo_breakaway_point_q31_t         table[TRIBO_BREAKAWAY_POINTS_MAX];
+    const tribo_force_loop_q31_config_t whole = {.loop = *config, .full_scale_n = full_scale_n, .table = table};
+    return tribo_force_loop_q31_prepare(&params, &whole, NULL);
 }
 
 // The numbers of a section and then of a point, in the order of their structs.
