@@ -162,17 +162,4 @@ static inline tribo_status_t tribo_init_loop(TRIBO(force_loop, params_t) * param
 #endif
 }
 
-/// Why tribo_init_loop refused `config`.
-static inline tribo_refusal_t tribo_loop_refusal(tribo_status_t                       status,
-                                                 const tribo_force_loop_f32_config_t *config,
-                                                 float                                full_scale_n)
-{
-#ifdef TRIBO_ARITHMETIC_Q31
-    return tribo_force_loop_q31_refusal(status, config, full_scale_n);
-#else
-    (void)full_scale_n;
-    return tribo_force_loop_f32_refusal(status, config);
-#endif
-}
-
 #endif

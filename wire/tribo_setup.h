@@ -73,7 +73,7 @@ typedef struct
 #define TRIBO_SETUP_POINT_WORDS   (sizeof(tribo_breakaway_point_f32_t) / sizeof(uint32_t) * TRIBO_BREAKAWAY_POINTS_MAX)
 #define TRIBO_SETUP_WORDS         (TRIBO_SETUP_FIELD_WORDS + TRIBO_SETUP_SECTION_WORDS + TRIBO_SETUP_POINT_WORDS)
 
-/// Copies `loop` with its sections and its table. Excess ones are dropped here and refused at set-up.
+/// Copies `loop`, whose controller is sections, with them and its table. Excess ones are dropped here and refused at set-up.
 static inline void tribo_setup_take_loop(tribo_setup_t *setup, const tribo_force_loop_f32_config_t *loop)
 {
     const tribo_friction_f32_config_t *friction = &loop->compensator.friction;
@@ -114,7 +114,10 @@ static inline void tribo_setup_from_words(tribo_setup_t *setup, const uint32_t w
     memcpy(setup->table, words + TRIBO_SETUP_SECTION_WORDS, sizeof setup->table);
     tribo_friction_f32_config_t *friction = &setup->loop.compensator.friction;
     setup->loop.controller.sections       = setup->sections;
-    setup->loop.controller.pause          = NULL; // code of this end only, as are method and guard
+    setup->loop.controller.pause          = NULL; // of this end only, as are method and guard
+    setup->loop.controller.refusal        = NULL;
+    friction->refusal                     = NULL;
+    setup->loop.pi                        = (tribo_pi_t){0};
     setup->loop.method                    = (tribo_loop_part_t){.config = NULL};
     setup->loop.guard                     = (tribo_loop_guard_t){.part = {.config = NULL}};
     friction->table                       = friction->table_length > 0u ? setup->table : NULL;

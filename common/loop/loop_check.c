@@ -140,11 +140,18 @@ bool common_check_has_loop(const common_scenario_t *scenario, common_error_t *er
 static void name_refused(const common_loop_keys_t *keys, tribo_status_t status, char key[COMMON_KEY_MAX])
 {
 #define NUMBER_KEY(symbol, member, key, unit, low, high, sentence) key,
-    static const char *const numbers[] = {TRIBO_POINT_ELEMENTS(NUMBER_KEY)};
-    common_loop_config_t     loop;
+    static const char *const      numbers[] = {TRIBO_POINT_ELEMENTS(NUMBER_KEY)};
+    tribo_refusal_t               refusal   = {0};
+    common_loop_config_t          loop;
+    tribo_breakaway_point_q31_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
+    tribo_force_loop_q31_params_t params;
     common_loop_config_fill(&loop, keys);
-    const tribo_refusal_t refusal =
-        tribo_force_loop_q31_refusal(status, &loop.config, (float)keys->limits.full_scale_n); // of f32, too
+    tribo_force_loop_q31_config_t config     = {.loop         = loop.config,
+                                                .full_scale_n = (float)keys->limits.full_scale_n,
+                                                .table        = table};
+    config.loop.controller.refusal           = &refusal;
+    config.loop.compensator.friction.refusal = &refusal;
+    (void)tribo_force_loop_q31_init(&params, &config); // what f32 refuses, too
     switch (status)
     {
     case TRIBO_ERR_SECTION_COEFFICIENT:

@@ -484,7 +484,11 @@ static tribo_status_t set_up_loop(params_t *params, const configs_t *configs)
 #endif
 
 /// Of several parameters together the inertia is named, of the whole cascade its first coefficient.
-static bool refuse_loop(params_error_t *error, const params_t *params, const configs_t *configs, tribo_status_t status)
+static bool refuse_loop(params_error_t        *error,
+                        const params_t        *params,
+                        const configs_t       *configs,
+                        tribo_status_t         status,
+                        const tribo_refusal_t *refusal)
 {
     const tribo_status_t     named = status == TRIBO_ERR_ARM_TOO_FAST ? TRIBO_ERR_INERTIA : status;
     const tribo_parameter_t *row;
@@ -509,17 +513,19 @@ static bool refuse_loop(params_error_t *error, const params_t *params, const con
         const float papers_s = TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S;
         return refuse(error, PARAMS_SAMPLE_TIME, configs->loop.sample_time_s, papers_s, papers_s, status);
     }
-    const tribo_refusal_t refusal  = tribo_loop_refusal(status, &configs->loop, full_scale_n);
-    const bool            of_table = status >= TRIBO_ERR_TABLE_FORCE && status <= TRIBO_ERR_TABLE_NEGATIVE;
-    word = of_table ? PARAMS_TABLE_AT + 3u * refusal.index : PARAMS_SECTIONS_AT + 5u * refusal.index;
-    return refuse(error, word + refusal.member, refusal.value, refusal.low, refusal.high, status);
+    const bool of_table = status >= TRIBO_ERR_TABLE_FORCE && status <= TRIBO_ERR_TABLE_NEGATIVE;
+    word                = of_table ? PARAMS_TABLE_AT + 3u * refusal->index : PARAMS_SECTIONS_AT + 5u * refusal->index;
+    return refuse(error, word + refusal->member, refusal->value, refusal->low, refusal->high, status);
 }
 
 bool params_make(params_t *params, const port_t *port, params_error_t *error)
 {
-    const params_set_t *set       = &params->set;
-    configs_t           configs   = configs_of(set);
-    configs.loop.controller.pause = port->pause;
+    const params_set_t *set                   = &params->set;
+    tribo_refusal_t     refusal               = {0};
+    configs_t           configs               = configs_of(set);
+    configs.loop.controller.pause             = port->pause;
+    configs.loop.controller.refusal           = &refusal;
+    configs.loop.compensator.friction.refusal = &refusal;
     if (!check_sizes(error, set) || !check_ranges(error, set))
     {
         return false;
@@ -527,7 +533,7 @@ bool params_make(params_t *params, const port_t *port, params_error_t *error)
     const tribo_status_t status = set_up_loop(params, &configs);
     if (status != TRIBO_OK)
     {
-        return refuse_loop(error, params, &configs, status);
+        return refuse_loop(error, params, &configs, status, &refusal);
     }
     const float sample_us = 1e6f * configs.loop.sample_time_s;
     const float period_us = (float)set->drive.period_us;

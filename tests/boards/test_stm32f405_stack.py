@@ -24,7 +24,6 @@ THROUGH_POINTERS = {
     r"modbus_(serve|execute|answer)": {"send", "take_text", "read_registers", "write_registers", "stop_drive"},
     r"make": {"suits"},
     r"dies_away|add_tail|add_response|tribo_(controller_f32_init|headroom_q31_quantize)": {"board_kick"},
-    r"refusal_of|tribo_force_loop_.*_refusal|tribo_.*refus.*": {"set_up_.*"},
     r"store_(read|write|holds)|look_at|mark_of|write_mark|leave|write_record|crc_of|word_of": FLASH,
     r"operate.*": {"run_in_ram"},
     r"selftest_ram|holds|check_word|check_addresses": {"real_read", "real_write"},

@@ -28,7 +28,7 @@ typedef struct
 static inline tribo_status_t cascade_init(cascade_t *x, const tribo_biquad_f32_section_t *sections, uint32_t count)
 {
     tribo_biquad_f32_reset(&x->state);
-    return tribo_biquad_f32_init(&x->params, sections, count);
+    return tribo_biquad_f32_init(&x->params, sections, count, NULL);
 }
 
 /// The first half of a step, for an input within +-1; y is not limited.

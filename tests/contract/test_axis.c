@@ -115,9 +115,10 @@ static void test_an_empty_config_is_refused_field_by_field(void)
     TEST_ASSERT_EQUAL(TRIBO_ERR_U_MAX, init(&axis, &config));
     config.u_min_n = whole.u_min_n;
     config.u_max_n = whole.u_max_n;
-    TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_CONTROLLER, init(&axis, &config));
-    TEST_ASSERT_EQUAL_STRING("controller: none; tribo_pi, tribo_sections, tribo_paper or tribo_own",
-                             tribo_status_text(TRIBO_ERR_AXIS_CONTROLLER));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_CONTROLLER, init(&axis, &config));
+    TEST_ASSERT_EQUAL_STRING(
+        "controller: one of tribo_pi, tribo_sections, tribo_paper and tribo_own; of a loop one of pi and sections",
+        tribo_status_text(TRIBO_ERR_CONTROLLER));
     config.controller = whole.controller;
     TEST_ASSERT_EQUAL(TRIBO_ERR_BREAKAWAY_OFFSET, init(&axis, &config));
     config.positive = whole.positive;
@@ -170,13 +171,13 @@ static void test_each_field_is_checked(void)
         TEST_ASSERT_EQUAL(TRIBO_ERR_BREAKAWAY_NEGATIVE_SLOPE, refused(&config));
         config            = rig(1.0f);
         config.controller = tribo_pi(bad[i], 27.0f);
-        TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_PI, refused(&config));
+        TEST_ASSERT_EQUAL(TRIBO_ERR_PI, refused(&config));
         config.controller = tribo_pi(0.5f, bad[i]);
-        TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_PI, refused(&config));
+        TEST_ASSERT_EQUAL(TRIBO_ERR_PI, refused(&config));
     }
     tribo_axis_f32_config_t config = rig(1.0f);
     config.controller              = tribo_pi(0.5f, 1001.0f); // its zero would be outside of the unit circle
-    TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_PI, refused(&config));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_PI, refused(&config));
     config.controller = tribo_pi(0.5f, 0.0f);
     TEST_ASSERT_EQUAL(TRIBO_OK, refused(&config));
     config.negative.slope = 0.3f;

@@ -422,6 +422,75 @@ static void test_loop_params_and_state_of_one_axis_are_small(void)
     TEST_ASSERT_TRUE(bytes <= TRIBO_EITHER(416u, 512u));
 }
 
+/// One section of a PI, kp + ki h/2 (z + 1)/(z - 1), its second pole and zero at z = 0; computed here in double.
+static tribo_biquad_f32_section_t section_of_pi(double kp, double ki_per_s)
+{
+    const double                     half  = 0.5 * ki_per_s * H;
+    const tribo_biquad_f32_section_t ideal = TRIBO_BIQUAD_F32(kp + half, half - kp, 0.0, -1.0, 0.0);
+    return ideal;
+}
+
+static void test_loop_with_a_pi_by_gains_is_the_loop_with_its_section(void)
+{
+    static const struct
+    {
+        float kp, ki_per_s;
+    } gains[] = {{0.5f, 27.0f}, {2.0f, 0.5f}, {0.3f, 600.0f}};
+    for (size_t i = 0; i < sizeof gains / sizeof gains[0]; i++)
+    {
+        const tribo_biquad_f32_section_t section = section_of_pi(gains[i].kp, gains[i].ki_per_s);
+
+        config                          = tribo_force_loop_f32_paper();
+        config.controller.sections      = &section;
+        config.controller.section_count = 1;
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&other, &config));
+        config.controller.sections      = NULL;
+        config.controller.section_count = 0;
+        config.pi                       = (tribo_pi_t){gains[i].kp, gains[i].ki_per_s};
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&loop, &config));
+        double y = 0.0;
+        for (int k = 0; k < 3000; k++)
+        {
+            const double u = loop_step(&loop, reference(k), y).u;
+            TEST_ASSERT_DOUBLE_WITHIN(2e-6, loop_step(&other, reference(k), y).u, u);
+            y += 0.05 * (0.8 * u - y);
+        }
+    }
+}
+
+static void test_loop_with_a_gain_alone_multiplies_by_it(void)
+{
+    config.controller.section_count = 0;
+    config.pi                       = (tribo_pi_t){.kp = 0.7f};
+    config.gain                     = 0.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&loop, &config));
+    for (int k = 0; k < 1000; k++)
+    {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.7 * reference(k), loop_step(&loop, reference(k), 0.0).u);
+    }
+}
+
+static void refuse_pi(tribo_status_t status, float kp, float ki_per_s)
+{
+    config.pi = (tribo_pi_t){kp, ki_per_s};
+    TEST_ASSERT_EQUAL_INT(status, loop_init(&loop, &config));
+}
+
+static void test_loop_names_what_is_wrong_with_its_controller(void)
+{
+    refuse_pi(TRIBO_ERR_CONTROLLER, 0.5f, 27.0f); // sections as well
+    config.controller.section_count = 0;
+    refuse_pi(TRIBO_ERR_SECTION_COUNT, 0.0f, 0.0f); // neither
+    refuse_pi(TRIBO_ERR_PI, 0.0f, 1.0f);
+    refuse_pi(TRIBO_ERR_PI, 1.1e5f, 1.0f);
+    refuse_pi(TRIBO_ERR_PI, NAN, 0.0f);
+    refuse_pi(TRIBO_ERR_PI, 0.5f, -1.0f);
+    refuse_pi(TRIBO_ERR_PI, 0.5f, NAN);
+    refuse_pi(TRIBO_ERR_PI, 0.5f, 1.1e5f);
+    refuse_pi(TRIBO_ERR_PI, 0.5f, 1001.0f); // its zero would be outside of the unit circle
+    refuse_pi(TRIBO_OK, 0.5f, 999.0f);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -442,5 +511,8 @@ int main(void)
     RUN_TEST(test_loop_takes_full_scale_where_that_is_input_max);
     RUN_TEST(test_loop_reset_leaves_nothing_of_what_was);
     RUN_TEST(test_loop_params_and_state_of_one_axis_are_small);
+    RUN_TEST(test_loop_with_a_pi_by_gains_is_the_loop_with_its_section);
+    RUN_TEST(test_loop_with_a_gain_alone_multiplies_by_it);
+    RUN_TEST(test_loop_names_what_is_wrong_with_its_controller);
     return UNITY_END();
 }

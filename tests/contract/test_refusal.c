@@ -9,6 +9,7 @@
 static tribo_force_loop_f32_config_t config;
 static tribo_biquad_f32_section_t    sections[TRIBO_BIQUAD_SECTIONS_MAX];
 static tribo_breakaway_point_f32_t   points[3];
+static tribo_refusal_t               refusal;
 
 void setUp(void)
 {
@@ -21,8 +22,12 @@ void setUp(void)
     points[1] = (tribo_breakaway_point_f32_t){0.5f, 0.02f, 0.02f};
     points[2] = (tribo_breakaway_point_f32_t){1.0f, 0.03f, 0.03f};
 
-    config.controller.sections               = sections;
-    config.controller.section_count          = 3;
+    config.controller.sections          = sections;
+    config.controller.section_count     = 3;
+    config.controller.refusal           = &refusal;
+    config.compensator.friction.refusal = &refusal;
+
+    refusal                                  = (tribo_refusal_t){0};
     config.compensator.friction.table        = points;
     config.compensator.friction.table_length = 3;
 }
@@ -44,7 +49,6 @@ static void check(tribo_status_t status,
     const float   good = *number;
     *number            = value;
     TEST_ASSERT_EQUAL_INT(status, loop_init(&loop, &config));
-    const tribo_refusal_t refusal = tribo_loop_refusal(status, &config, (float)FULL_SCALE_N);
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(index, refusal.index, tribo_status_text(status));
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(member, refusal.member, tribo_status_text(status));
     TEST_ASSERT_TRUE_MESSAGE(isnan(value) ? isnan(refusal.value) : refusal.value == value, tribo_status_text(status));
@@ -75,16 +79,30 @@ static void test_a_refused_row_of_the_table_is_said_with_its_number(void)
 
 static void test_a_refused_cascade_is_said_with_its_first_coefficient(void)
 {
-    const tribo_refusal_t refusal = tribo_loop_refusal(TRIBO_ERR_ANTI_WINDUP, &config, (float)FULL_SCALE_N);
-    TEST_ASSERT_EQUAL_UINT32(0, refusal.index);
-    TEST_ASSERT_EQUAL_UINT32(0, refusal.member);
-    TEST_ASSERT_TRUE(refusal.value == sections[0].b0 && refusal.high == 1e6f);
+    // A double integrator whose zeros are on the unit circle, far from z = 1: no anti-windup stabilises it.
+    sections[0]                     = (tribo_biquad_f32_section_t){1.0f, 2.0f, 2.0f, 1.0f, 0.0f};
+    sections[1]                     = (tribo_biquad_f32_section_t){1.0f, 1.0f, 0.0f, 1.0f, 0.0f};
+    config.controller.section_count = 2;
+    check(TRIBO_ERR_ANTI_WINDUP, &sections[0].b0, 1.0f, 0, 0, -1e6f, 1e6f);
 }
 
 static void test_a_status_of_no_list_has_no_number(void)
 {
-    const tribo_refusal_t refusal = tribo_loop_refusal(TRIBO_ERR_GAIN, &config, (float)FULL_SCALE_N);
+    static loop_t loop;
+    config.gain = 3.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_GAIN, loop_init(&loop, &config));
     TEST_ASSERT_TRUE(refusal.value == 0.0f && refusal.low == 0.0f && refusal.high == 0.0f);
+}
+
+static void test_a_config_without_room_for_it_is_refused_likewise(void)
+{
+    static loop_t loop;
+    config.controller.refusal           = NULL;
+    config.compensator.friction.refusal = NULL;
+    points[2].positive_n                = 0.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_TABLE_POSITIVE, loop_init(&loop, &config));
+    sections[2].b0 = NAN;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_SECTION_COEFFICIENT, loop_init(&loop, &config));
 }
 
 int main(void)
@@ -94,5 +112,6 @@ int main(void)
     RUN_TEST(test_a_refused_row_of_the_table_is_said_with_its_number);
     RUN_TEST(test_a_refused_cascade_is_said_with_its_first_coefficient);
     RUN_TEST(test_a_status_of_no_list_has_no_number);
+    RUN_TEST(test_a_config_without_room_for_it_is_refused_likewise);
     return UNITY_END();
 }

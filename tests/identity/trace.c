@@ -190,7 +190,7 @@ static bool run_f32(const scenario_t *scenario)
 
     const tribo_compensator_f32_config_t truth = tribo_force_loop_f32_paper().compensator;
     bool                                 ok    = tribo_compensator_f32_init(&plant, &truth, 1.0e-3f) == TRIBO_OK &&
-              tribo_biquad_f32_init(&filter, sensor, 1) == TRIBO_OK;
+              tribo_biquad_f32_init(&filter, sensor, 1, NULL) == TRIBO_OK;
     for (int i = 0; i < 3; i++)
     {
         tribo_force_loop_f32_config_t config = config_of(scenario, i);

@@ -19,7 +19,7 @@ static inline tribo_status_t cascade_q31_init(tribo_biquad_q31_params_t        *
 {
     tribo_biquad_q31_params_t     made   = {.count = 0};
     tribo_controller_f32_params_t f32    = {.anti_windup = 0.0f};
-    tribo_status_t                status = tribo_biquad_f32_init(&f32.cascade, sections, count);
+    tribo_status_t                status = tribo_biquad_f32_init(&f32.cascade, sections, count, NULL);
     if (status == TRIBO_OK)
     {
         status = tribo_headroom_q31_quantize(&made, &f32, NULL, NULL, FIXED_Q31_FULL, 0.0f, headroom);

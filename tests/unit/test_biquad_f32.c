@@ -23,7 +23,7 @@ void tearDown(void)
 
 static void init(const tribo_biquad_f32_section_t *sections, uint32_t count)
 {
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, sections, count));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, sections, count, NULL));
 }
 
 // 0.002 rad/s at 1 kHz, beside a pole at 340 rad/s. In direct form the two float coefficients would move it by percents.
@@ -111,7 +111,7 @@ static void check_refused(tribo_status_t status, const tribo_biquad_f32_section_
     tribo_biquad_f32_params_t untouched;
     memset(&out, 0xa5, sizeof out);
     memset(&untouched, 0xa5, sizeof untouched);
-    TEST_ASSERT_EQUAL_INT(status, tribo_biquad_f32_init(&out, sections, count));
+    TEST_ASSERT_EQUAL_INT(status, tribo_biquad_f32_init(&out, sections, count, NULL));
     TEST_ASSERT_EQUAL_MEMORY(&untouched, &out, sizeof out);
 }
 
@@ -137,7 +137,7 @@ static void test_biquad_init_accepts_exactly_the_stable_sections(void)
         const tribo_biquad_f32_section_t section = {1.0f, 0.0f, 0.0f, a1, a2};
         if (radius < 1.0)
         {
-            TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, &section, 1));
+            TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, &section, 1, NULL));
             accepted++;
         }
         else
@@ -148,7 +148,7 @@ static void test_biquad_init_accepts_exactly_the_stable_sections(void)
     }
     TEST_ASSERT_TRUE(accepted > 1000);
     const tribo_biquad_f32_section_t integrator = {1.0f, 0.0f, 0.0f, 0.5f, 0.0f};
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, &integrator, 1));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, &integrator, 1, NULL));
     const tribo_biquad_f32_section_t twice = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
     check_refused(TRIBO_ERR_SECTION_UNSTABLE, &twice, 1);
     const tribo_biquad_f32_section_t alternating = {1.0f, 0.0f, 0.0f, 2.0f, 0.0f}; // a pole at z = -1
@@ -164,7 +164,7 @@ static void test_biquad_init_checks_count_pointers_and_coefficients(void)
     }
     check_refused(TRIBO_ERR_SECTION_COUNT, sections, 0);
     check_refused(TRIBO_ERR_SECTION_COUNT, sections, TRIBO_BIQUAD_SECTIONS_MAX + 1u);
-    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_biquad_f32_init(NULL, sections, 1));
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_biquad_f32_init(NULL, sections, 1, NULL));
     check_refused(TRIBO_ERR_NULL, NULL, 1);
 
     const float bad[] = {NAN, INFINITY, -INFINITY, 1.001e6f, -1.001e6f};
@@ -176,12 +176,12 @@ static void test_biquad_init_checks_count_pointers_and_coefficients(void)
             const float good = *fields[j];
             *fields[j]       = bad[i];
             check_refused(TRIBO_ERR_SECTION_COEFFICIENT, sections, 3);
-            TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, sections, 2));
+            TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, sections, 2, NULL));
             *fields[j] = good;
         }
     }
     sections[0].b0 = 1.0e6f;
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, sections, 4));
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, sections, 4, NULL));
 }
 
 int main(void)

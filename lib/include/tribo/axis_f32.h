@@ -103,7 +103,7 @@ tribo_axis_controller_t tribo_own(void);
 tribo_axis_f32_config_t tribo_axis_f32_config(void);
 
 /// Makes an axis at rest that has learned nothing. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_U_MIN,
-/// TRIBO_ERR_U_MAX, TRIBO_ERR_AXIS_CONTROLLER, TRIBO_ERR_AXIS_PI, TRIBO_ERR_AXIS_LAG, or a status of tribo_force_loop_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
+/// TRIBO_ERR_U_MAX, TRIBO_ERR_CONTROLLER, TRIBO_ERR_PI, TRIBO_ERR_AXIS_LAG, or a status of tribo_force_loop_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_axis_f32_init(tribo_axis_f32_t *axis, const tribo_axis_f32_config_t *config);
 
 /// One tick: u in N, within its limits, for any r and y; 0 before the init. Every 10 ticks it learns, too.

@@ -61,6 +61,7 @@ typedef struct
     float                             u_max_n;       ///< 0 to 1e6 N, over u_min_n
     /// Called by set-up, and by that in Q31, after at most 30,000 operations each time, e.g. to serve a watchdog. May be null.
     void (*pause)(void);
+    tribo_refusal_t *refusal; ///< written where a section is refused, or, by its first b0, the cascade; may be null
 } tribo_controller_f32_config_t;
 
 /// Signals of one step, for logging.

@@ -72,14 +72,23 @@ typedef struct
     tribo_loop_part_t part;
 } tribo_loop_guard_t;
 
-/// Of a loop in either arithmetic.
+/// A PI by gains, v = kp e + ki (integral of e).
+typedef struct
+{
+    float kp;       ///< 1e-6 to 1e5
+    float ki_per_s; ///< 0 to 1e5, times the sample time at most 2 kp
+} tribo_pi_t;
+
+/// Of a loop in either arithmetic. The controller is `pi`, or sections: `tribo_paper_controller_f32`, or your own. With a controller of
+/// your own between the halves of a tick any will do, e.g. kp = 1: it does not run.
 struct tribo_force_loop_f32_config
 {
     float sample_time_s; ///< of every tick, 1e-6 to 0.1 s
     float input_max_n;   ///< largest credible |r| and |y|, 1e-6 to 1e6 N
     float gain;          ///< eta, 0 to 2; 0 turns the compensation off, 1 overcompensates
     float usual_force_n; ///< |F| around which the rig usually works, 0 to 1e6 N; 0: tribo_force_loop_f32_usual_force_n
-    tribo_controller_f32_config_t  controller; ///< made for the same sample time
+    tribo_controller_f32_config_t  controller; ///< its limits; sections for the same sample time, none with `pi`
+    tribo_pi_t                     pi;         ///< all 0: sections
     tribo_compensator_f32_config_t compensator;
     tribo_loop_part_t              method; ///< all 0: the paper's; `config.method = tribo_feedforward_f32_use(...)`
     tribo_loop_guard_t             guard;  ///< all 0: none; `config.guard = tribo_guard_f32_use(...)`
@@ -129,18 +138,13 @@ static inline float tribo_force_loop_f32_usual_force_n(const tribo_force_loop_f3
 }
 
 /// Checks `config` field by field and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL,
-/// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX, TRIBO_ERR_GAIN, TRIBO_ERR_USUAL_FORCE, or a status of tribo_controller_f32_init,
+/// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INPUT_MAX, TRIBO_ERR_GAIN, TRIBO_ERR_USUAL_FORCE, TRIBO_ERR_PI, TRIBO_ERR_CONTROLLER where there are sections beside a PI, or a status of tribo_controller_f32_init,
 /// TRIBO_ERR_PAPER_SAMPLE_TIME for the paper's controller at another sample time than its own, a status of
 /// tribo_compensator_f32_init, and then of the method and the guard, or TRIBO_ERR_PART for one of Q31. Writes no `params` unless
 /// TRIBO_OK; those of the method may be made already where the guard is refused. Both must outlive `params`, which point to them. Not for
 /// the tick.
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
                                          const tribo_force_loop_f32_config_t *config);
-
-/// The section, or the row of the breakaway table, for which tribo_force_loop_f32_init refused `config` with `status`, and the
-/// number in it; of a cascade as a whole (TRIBO_ERR_ANTI_WINDUP, TRIBO_ERR_HEADROOM) the first b0. All 0 where the status is about
-/// no list: then its text and the config's member say it. It sets up again, once an element.
-tribo_refusal_t tribo_force_loop_f32_refusal(tribo_status_t status, const tribo_force_loop_f32_config_t *config);
 
 /// The loop at rest at F = 0, counters 0; the second call of two. `keep_learned` keeps what an earlier run has learned, and what the guard has
 /// latched and faded; the first start of a zeroed state has nothing to keep. Returns TRIBO_OK, TRIBO_ERR_NULL, or TRIBO_ERR_MEMORY where

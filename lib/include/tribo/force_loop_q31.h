@@ -58,11 +58,6 @@ typedef struct
 tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
                                          const tribo_force_loop_q31_config_t *config);
 
-/// The same of tribo_force_loop_q31_init, in the units of `config`; of TRIBO_ERR_FULL_SCALE all 0.
-tribo_refusal_t tribo_force_loop_q31_refusal(tribo_status_t                       status,
-                                             const tribo_force_loop_f32_config_t *config,
-                                             float                                full_scale_n);
-
 /// As tribo_force_loop_f32_start.
 tribo_status_t tribo_force_loop_q31_start(tribo_force_loop_q31_state_t        *state,
                                           const tribo_force_loop_q31_params_t *params,

@@ -74,7 +74,8 @@ typedef struct
     tribo_breakaway_f32_t              negative;  ///< L-; not read with a table
     const tribo_breakaway_point_f32_t *table;     ///< null, or points that live as long as the params;
                                                   ///< linear between them, clamped at both ends
-    uint32_t table_length; ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX; 0 without one
+    uint32_t         table_length; ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX; 0 without one
+    tribo_refusal_t *refusal;      ///< written where a point of the table is refused; may be null
 } tribo_friction_f32_config_t;
 
 /// Signals of one step, for logging.

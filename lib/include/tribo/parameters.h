@@ -132,8 +132,8 @@ extern "C" {
     REFUSAL(TABLE_POSITIVE, "compensator.friction.breakaway.table", "friction table positive_n: 1e-6 to 1e6 N; q31: 1e-6 to under 1 full_scale_n") \
     REFUSAL(TABLE_NEGATIVE, "compensator.friction.breakaway.table", "friction table negative_n: 1e-6 to 1e6 N; q31: 1e-6 to under 1 full_scale_n") \
     REFUSAL(PAPER_SAMPLE_TIME, "sample_time_s", "sample_time_s: 0.001 s with the sections of the paper's controller, which are made for it; another needs sections of its own") \
-    REFUSAL(AXIS_CONTROLLER, "controller", "controller: none; tribo_pi, tribo_sections, tribo_paper or tribo_own") \
-    REFUSAL(AXIS_PI, "controller", "controller kp, ki_per_s: kp 1e-6 to 1e5, ki_per_s 0 to 1e5 1/s and times sample_time_s at most 2 kp") \
+    REFUSAL(CONTROLLER, "controller", "controller: one of tribo_pi, tribo_sections, tribo_paper and tribo_own; of a loop one of pi and sections") \
+    REFUSAL(PI, "controller", "controller kp, ki_per_s: kp 1e-6 to 1e5, ki_per_s 0 to 1e5 1/s and times sample_time_s at most 2 kp") \
     REFUSAL(AXIS_LAG, "compensator.arm", "arm_lag_s: 0 to 1000 sample times") \
     REFUSAL(AXIS_ORDER, "", "order of calls: the init comes first, and prepare before change") \
     REFUSAL(BLOB_VERSION, "", "blob version: of another version or arithmetic of tribo") \

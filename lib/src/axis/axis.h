@@ -19,27 +19,27 @@ typedef NAME(axis, blob_t) axis_blob_t;
 
 static tribo_status_t prepare(axis_params_t *params, const tribo_axis_f32_config_t *config, float full_scale_n)
 {
-    axis_parts_t  parts;
-    axis_params_t made;
+    tribo_force_loop_f32_config_t loop;
+    axis_params_t                 made;
     if (params == NULL || config == NULL)
     {
         return TRIBO_ERR_NULL;
     }
-    tribo_status_t status = tribo_axis_config_expand(&parts, config);
+    tribo_status_t status = tribo_axis_config_expand(&loop, config);
     if (status == TRIBO_OK)
     {
-        const tribo_guard_f32_config_t guard = tribo_axis_config_guard(&parts, config);
-        parts.loop.method                    = NAME(feedforward, use)(&made.feedforward, &config->feedforward);
-        parts.loop.guard                     = NAME(guard, use)(&made.guard, &guard);
-        status                               = axis_make_loop(&made.loop, &parts.loop, full_scale_n);
+        const tribo_guard_f32_config_t guard = tribo_axis_config_guard(&loop, config);
+        loop.method                          = NAME(feedforward, use)(&made.feedforward, &config->feedforward);
+        loop.guard                           = NAME(guard, use)(&made.guard, &guard);
+        status                               = axis_make_loop(&made.loop, &loop, full_scale_n);
     }
     if (status == TRIBO_OK)
     {
         made.sample_time_s  = config->sample_time_s;
         made.full_scale_n   = full_scale_n;
-        made.usual_force_n  = tribo_force_loop_f32_usual_force_n(&parts.loop);
-        made.breakaway_n    = tribo_axis_config_breakaway(&parts);
-        made.rig            = tribo_axis_config_rig(&parts, config, full_scale_n);
+        made.usual_force_n  = tribo_force_loop_f32_usual_force_n(&loop);
+        made.breakaway_n    = tribo_axis_config_breakaway(&loop);
+        made.rig            = tribo_axis_config_rig(&loop, config, full_scale_n);
         *params             = made;
         params->loop.method = &params->feedforward.method;
         params->loop.guard  = &params->guard;

@@ -3,7 +3,6 @@
 #include "../number/ieee_f32.h"
 #include "../number/ranges.h"
 
-#define PI_MAX          1.0e5f
 #define LEAST_LAG       0.05f // of the arm, in ticks: its poles stay inside the unit circle in Q31
 #define LAG_MAX         1.0e3f
 #define PRIOR_DEVIATION 0.45f // of the breakaway as configured, before anything is learned
@@ -48,48 +47,22 @@ tribo_axis_f32_config_t tribo_axis_f32_config(void)
     return config;
 }
 
-/// A gain without dynamics: two poles that zeros cancel.
-static tribo_biquad_f32_section_t gain_section(float gain)
+static tribo_status_t set_controller(tribo_force_loop_f32_config_t *loop, const tribo_axis_controller_t *controller)
 {
-    return (tribo_biquad_f32_section_t){.b0 = gain, .b1 = gain, .b2 = 0.25f * gain, .a1 = 1.0f, .a2 = 0.25f};
-}
-
-/// kp + ki h/2 (z + 1)/(z - 1) with d = z - 1, and a pole at z = 0 that a zero cancels.
-static tribo_status_t pi_section(tribo_biquad_f32_section_t *section, const tribo_axis_controller_t *pi, float h)
-{
-    const float step = pi->ki_per_s * h;
-    if (!within(pi->kp, 1.0e-6f, PI_MAX) || !within(pi->ki_per_s, 0.0f, PI_MAX) || step > 2.0f * pi->kp)
-    {
-        return TRIBO_ERR_AXIS_PI;
-    }
-    const float b0 = pi->kp + 0.5f * step;
-    *section       = (tribo_biquad_f32_section_t){.b0 = b0, .b1 = b0 + step, .b2 = step, .a1 = 1.0f};
-    if (step == 0.0f)
-    {
-        *section = gain_section(pi->kp);
-    }
-    return TRIBO_OK;
-}
-
-static tribo_status_t set_controller(axis_parts_t *parts, const tribo_axis_controller_t *controller, float h)
-{
-    tribo_controller_f32_config_t *const made = &parts->loop.controller;
-
-    made->sections      = &parts->section;
-    made->section_count = 1;
     switch (controller->kind)
     {
     case TRIBO_CONTROLLER_PI:
-        return pi_section(&parts->section, controller, h);
+        loop->pi = (tribo_pi_t){controller->kp, controller->ki_per_s};
+        return controller->kp > 0.0f ? TRIBO_OK : TRIBO_ERR_PI; // 0 is no PI in a loop
     case TRIBO_CONTROLLER_SECTIONS:
-        made->sections      = controller->sections;
-        made->section_count = controller->section_count;
+        loop->controller.sections      = controller->sections;
+        loop->controller.section_count = controller->section_count;
         return TRIBO_OK;
     case TRIBO_CONTROLLER_OWN:
-        parts->section = gain_section(OWN_GAIN);
+        loop->pi.kp = OWN_GAIN; // it does not run
         return TRIBO_OK;
     default:
-        return TRIBO_ERR_AXIS_CONTROLLER;
+        return TRIBO_ERR_CONTROLLER;
     }
 }
 
@@ -100,7 +73,7 @@ static tribo_arm_f32_config_t arm_of(float lag_s, float h)
     return (tribo_arm_f32_config_t){.inertia = 0.25f * b * b, .damping = b, .stiffness = 1.0f};
 }
 
-tribo_status_t tribo_axis_config_expand(axis_parts_t *parts, const tribo_axis_f32_config_t *config)
+tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop, const tribo_axis_f32_config_t *config)
 {
     const float h = config->sample_time_s;
     if (!sample_time_ok(h))
@@ -121,15 +94,15 @@ tribo_status_t tribo_axis_config_expand(axis_parts_t *parts, const tribo_axis_f3
     }
     const float most = larger(-config->u_min_n, config->u_max_n);
 
-    parts->loop                    = tribo_force_loop_f32_rig();
-    parts->loop.sample_time_s      = h;
-    parts->loop.input_max_n        = config->input_max_n == 0.0f ? 2.0f * most : config->input_max_n;
-    parts->loop.usual_force_n      = config->usual_force_n;
-    parts->loop.controller.u_min_n = config->u_min_n;
-    parts->loop.controller.u_max_n = config->u_max_n;
-    parts->loop.compensator.arm    = arm_of(config->arm_lag_s, h);
+    *loop                    = tribo_force_loop_f32_rig();
+    loop->sample_time_s      = h;
+    loop->input_max_n        = config->input_max_n == 0.0f ? 2.0f * most : config->input_max_n;
+    loop->usual_force_n      = config->usual_force_n;
+    loop->controller.u_min_n = config->u_min_n;
+    loop->controller.u_max_n = config->u_max_n;
+    loop->compensator.arm    = arm_of(config->arm_lag_s, h);
 
-    tribo_friction_f32_config_t *const friction = &parts->loop.compensator.friction;
+    tribo_friction_f32_config_t *const friction = &loop->compensator.friction;
 
     const bool is_same      = config->negative.offset_n == 0.0f && config->negative.slope == 0.0f;
     friction->positive      = config->positive;
@@ -137,22 +110,23 @@ tribo_status_t tribo_axis_config_expand(axis_parts_t *parts, const tribo_axis_f3
     friction->gravity_n     = config->gravity_n;
     friction->v0_n_per_s    = larger(friction->v0_n_per_s, 1.0e-3f * most);
     friction->pulse_width_s = h;
-    return set_controller(parts, &config->controller, h);
+    return set_controller(loop, &config->controller);
 }
 
-float tribo_axis_config_breakaway(const axis_parts_t *parts)
+float tribo_axis_config_breakaway(const tribo_force_loop_f32_config_t *loop)
 {
-    const tribo_friction_f32_config_t *const friction = &parts->loop.compensator.friction;
+    const tribo_friction_f32_config_t *const friction = &loop->compensator.friction;
 
-    const float F = tribo_force_loop_f32_usual_force_n(&parts->loop);
+    const float F = tribo_force_loop_f32_usual_force_n(loop);
     return 0.5f * (friction->positive.offset_n + friction->negative.offset_n +
                    (friction->positive.slope + friction->negative.slope) * F);
 }
 
-tribo_guard_f32_config_t tribo_axis_config_guard(const axis_parts_t *parts, const tribo_axis_f32_config_t *config)
+tribo_guard_f32_config_t tribo_axis_config_guard(const tribo_force_loop_f32_config_t *loop,
+                                                 const tribo_axis_f32_config_t       *config)
 {
-    const float lag = tribo_feedforward_f32_lag_s(&config->feedforward, &parts->loop.compensator.arm);
-    return tribo_guard_f32_tuned(tribo_axis_config_breakaway(parts), lag, config->noise_n, parts->loop.sample_time_s);
+    const float lag = tribo_feedforward_f32_lag_s(&config->feedforward, &loop->compensator.arm);
+    return tribo_guard_f32_tuned(tribo_axis_config_breakaway(loop), lag, config->noise_n, loop->sample_time_s);
 }
 
 uint32_t tribo_axis_checksum(const void *bytes, size_t size)
@@ -170,15 +144,17 @@ uint32_t tribo_axis_checksum(const void *bytes, size_t size)
     return ~crc;
 }
 
-uint32_t tribo_axis_config_rig(const axis_parts_t *parts, const tribo_axis_f32_config_t *config, float full_scale_n)
+uint32_t tribo_axis_config_rig(const tribo_force_loop_f32_config_t *loop,
+                               const tribo_axis_f32_config_t       *config,
+                               float                                full_scale_n)
 {
-    const tribo_friction_f32_config_t *const friction = &parts->loop.compensator.friction;
+    const tribo_friction_f32_config_t *const friction = &loop->compensator.friction;
 
     const float numbers[] = {friction->positive.offset_n,
                              friction->positive.slope,
                              friction->negative.offset_n,
                              friction->negative.slope,
-                             tribo_axis_config_breakaway(parts),
+                             tribo_axis_config_breakaway(loop),
                              config->feedforward.presliding_n,
                              full_scale_n};
     return tribo_axis_checksum(numbers, sizeof numbers);

@@ -2,23 +2,27 @@
 
 #include "tribo/controller_f32.h"
 
+#include "../number/ranges.h"
+
 #include <stddef.h>
 
-static tribo_status_t check(const tribo_biquad_f32_section_t *s)
+#define NUMBER(...) PARAMETERS_ELEMENT(tribo_biquad_f32_section_t, __VA_ARGS__)
+const tribo_parameter_t tribo_section_numbers[] = {TRIBO_SECTION_ELEMENTS(NUMBER)};
+#undef NUMBER
+
+static tribo_status_t check(const tribo_biquad_f32_section_t *s, uint32_t index, tribo_refusal_t *refusal)
 {
-#define CHECK(symbol, member, key, unit, low, high, sentence)                                                          \
-    if (!within(s->member, (float)(low), (float)(high)))                                                               \
-    {                                                                                                                  \
-        return TRIBO_ERR_##symbol;                                                                                     \
-    }
-    TRIBO_SECTION_ELEMENTS(CHECK)
-#undef CHECK
-    return biquad_f32_is_inside_or_at_1(s->a1, s->a2) ? TRIBO_OK : TRIBO_ERR_SECTION_UNSTABLE;
+    const uint32_t       count  = sizeof tribo_section_numbers / sizeof tribo_section_numbers[0];
+    const tribo_status_t status = tribo_element_check(tribo_section_numbers, count, s, index, refusal);
+    return status != TRIBO_OK || biquad_f32_is_inside_or_at_1(s->a1, s->a2)
+               ? status
+               : tribo_element_refuse(TRIBO_ERR_SECTION_UNSTABLE, tribo_section_numbers, 3, s, index, refusal); // a1
 }
 
 tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,
                                      const tribo_biquad_f32_section_t *sections,
-                                     uint32_t                          count)
+                                     uint32_t                          count,
+                                     tribo_refusal_t                  *refusal)
 {
     if (count < 1u || count > TRIBO_BIQUAD_SECTIONS_MAX) // also of a config in which nobody has given any
     {
@@ -30,7 +34,7 @@ tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,
     }
     for (uint32_t i = 0; i < count; i++)
     {
-        const tribo_status_t status = check(&sections[i]);
+        const tribo_status_t status = check(&sections[i], i, refusal);
         if (status != TRIBO_OK)
         {
             return status;

@@ -31,11 +31,15 @@ typedef struct
     float y[2];
 } tribo_biquad_f32_outputs_t;
 
+/// b0 to a2 of a section.
+extern const tribo_parameter_t tribo_section_numbers[5];
+
 /// Checks `count` sections and copies them. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SECTION_COUNT,
-/// TRIBO_ERR_SECTION_COEFFICIENT or TRIBO_ERR_SECTION_UNSTABLE. Writes nothing unless TRIBO_OK.
+/// TRIBO_ERR_SECTION_COEFFICIENT or TRIBO_ERR_SECTION_UNSTABLE, and says in `refusal`, unless it is null, of which number. Writes nothing else unless TRIBO_OK.
 tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,
                                      const tribo_biquad_f32_section_t *sections,
-                                     uint32_t                          count);
+                                     uint32_t                          count,
+                                     tribo_refusal_t                  *refusal);
 
 /// All states 0, counter 0.
 void tribo_biquad_f32_reset(tribo_biquad_f32_state_t *state);

@@ -154,15 +154,21 @@ static float conditioning(const tribo_controller_f32_config_t *config,
     return 0.0f;
 }
 
-static tribo_status_t feedthrough(const tribo_biquad_f32_params_t *cascade, float *D)
+/// Refuses b0 of section `index`.
+static tribo_status_t refuse_b0(tribo_status_t status, const tribo_controller_f32_config_t *config, uint32_t index)
+{
+    return tribo_element_refuse(status, tribo_section_numbers, 0, &config->sections[index], index, config->refusal);
+}
+
+static tribo_status_t feedthrough(const tribo_controller_f32_config_t *config, float *D)
 {
     *D = 1.0f;
-    for (uint32_t i = 0; i < cascade->count; i++)
+    for (uint32_t i = 0; i < config->section_count; i++)
     {
-        const float b0 = cascade->section[i].b0;
+        const float b0 = config->sections[i].b0;
         if (!within(magnitude(b0), 1.0e-6f, 1.0e6f))
         {
-            return TRIBO_ERR_SECTION_FEEDTHROUGH;
+            return refuse_b0(TRIBO_ERR_SECTION_FEEDTHROUGH, config, i);
         }
         *D *= b0;
     }
@@ -185,13 +191,14 @@ tribo_status_t tribo_controller_f32_prepare(tribo_controller_f32_params_t       
         return TRIBO_ERR_NULL;
     }
     tribo_controller_f32_params_t made = {.u_min_n = config->u_min_n, .u_max_n = config->u_max_n};
-    tribo_status_t status              = tribo_biquad_f32_init(&made.cascade, config->sections, config->section_count);
+    tribo_status_t                status =
+        tribo_biquad_f32_init(&made.cascade, config->sections, config->section_count, config->refusal);
     if (status != TRIBO_OK)
     {
         return status;
     }
     float D = 1.0f;
-    status  = feedthrough(&made.cascade, &D);
+    status  = feedthrough(config, &D);
     if (status != TRIBO_OK)
     {
         return status;
@@ -208,7 +215,7 @@ tribo_status_t tribo_controller_f32_prepare(tribo_controller_f32_params_t       
     const float c = conditioning(config, &made.cascade, *conditioned_by, D);
     if (c == 0.0f)
     {
-        return TRIBO_ERR_ANTI_WINDUP;
+        return refuse_b0(TRIBO_ERR_ANTI_WINDUP, config, 0);
     }
     made.anti_windup = c / D;
     *conditioned_by  = c;

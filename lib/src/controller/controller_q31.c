@@ -69,6 +69,10 @@ tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *pa
     }
     const float u_peak = larger(-f32.u_min_n, f32.u_max_n) / full_scale_n;
     status = tribo_headroom_q31_quantize(&made.cascade, &f32, config, &c, FIXED_Q31_FULL, u_peak + 1.0f, headroom);
+    if (status == TRIBO_ERR_HEADROOM)
+    {
+        return tribo_element_refuse(status, tribo_section_numbers, 0, config->sections, 0, config->refusal);
+    }
     if (status != TRIBO_OK)
     {
         return status;

@@ -486,7 +486,7 @@ tribo_status_t tribo_headroom_q31_quantize(tribo_biquad_q31_params_t           *
         }
         else
         {
-            status = tribo_biquad_f32_init(&f32->cascade, really, count);
+            status = tribo_biquad_f32_init(&f32->cascade, really, count, NULL);
         }
     }
     if (status == TRIBO_OK)

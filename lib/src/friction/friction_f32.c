@@ -11,35 +11,34 @@ const tribo_parameter_t tribo_breakaway_parameters[] = {TRIBO_BREAKAWAY_PARAMETE
 const tribo_parameter_t tribo_table_parameters[]     = {TRIBO_TABLE_PARAMETERS(ROW)};
 #undef ROW
 
-static tribo_status_t check_table(const tribo_breakaway_point_f32_t *table, uint32_t length)
+#define NUMBER(...) PARAMETERS_ELEMENT(tribo_breakaway_point_f32_t, __VA_ARGS__)
+const tribo_parameter_t tribo_point_numbers[] = {TRIBO_POINT_ELEMENTS(NUMBER)};
+#undef NUMBER
+
+static tribo_status_t check_table(const tribo_friction_f32_config_t *config)
 {
-    if (length < 1u || length > TRIBO_BREAKAWAY_POINTS_MAX)
+    const uint32_t numbers = sizeof tribo_point_numbers / sizeof tribo_point_numbers[0];
+    if (config->table_length < 1u || config->table_length > TRIBO_BREAKAWAY_POINTS_MAX)
     {
         return TRIBO_ERR_TABLE_LENGTH;
     }
-    for (uint32_t i = 0; i < length; i++)
+    tribo_status_t status = TRIBO_OK;
+    for (uint32_t i = 0; i < config->table_length && status == TRIBO_OK; i++)
     {
-        const bool rises = i == 0u || table[i].force_n > table[i - 1u].force_n;
-        if (!rises)
-        {
-            return TRIBO_ERR_TABLE_FORCE;
-        }
-#define CHECK(symbol, member, key, unit, low, high, sentence)                                                          \
-    if (!within(table[i].member, (float)(low), (float)(high)))                                                         \
-    {                                                                                                                  \
-        return TRIBO_ERR_##symbol;                                                                                     \
+        const tribo_breakaway_point_f32_t *const point = &config->table[i];
+        const bool                               rises = i == 0u || point->force_n > config->table[i - 1u].force_n;
+
+        status = rises ? tribo_element_check(tribo_point_numbers, numbers, point, i, config->refusal)
+                       : friction_refuse_point(TRIBO_ERR_TABLE_FORCE, config, i);
     }
-        TRIBO_POINT_ELEMENTS(CHECK)
-#undef CHECK
-    }
-    return TRIBO_OK;
+    return status;
 }
 
 static tribo_status_t check_breakaway(const tribo_friction_f32_config_t *config)
 {
     if (config->table != NULL)
     {
-        return check_table(config->table, config->table_length);
+        return check_table(config);
     }
     return config->table_length != 0u ? TRIBO_ERR_TABLE_LENGTH : PARAMETERS_CHECK(tribo_breakaway_parameters, config);
 }

@@ -9,9 +9,22 @@
 #include "tribo/friction_f32.h"
 
 #include "../number/ieee_f32.h"
+#include "../number/ranges.h"
 #include "relay.h"
 
 #include <stddef.h>
+
+/// force_n to negative_n of a point.
+extern const tribo_parameter_t tribo_point_numbers[3];
+
+/// Refuses the number of point `index` that the status of TRIBO_ERR_TABLE_FORCE to _NEGATIVE names.
+static inline tribo_status_t friction_refuse_point(tribo_status_t                     status,
+                                                   const tribo_friction_f32_config_t *config,
+                                                   uint32_t                           index)
+{
+    const uint32_t number = (uint32_t)status - (uint32_t)TRIBO_ERR_TABLE_FORCE;
+    return tribo_element_refuse(status, tribo_point_numbers, number, &config->table[index], index, config->refusal);
+}
 
 /// L+ and L- at load |F| from the breakaway table: linear between points, clamped at both ends.
 void tribo_friction_f32_look_up(const tribo_friction_f32_params_t *params, float load_n, float L_n[2]);

@@ -8,6 +8,8 @@
 
 #include <stddef.h>
 
+#define PI_MAX 1.0e5f // of kp, and of ki a second
+
 #define ROW(...) PARAMETERS_ROW(tribo_force_loop_f32_config_t, __VA_ARGS__)
 const tribo_parameter_t tribo_loop_parameters[] = {TRIBO_SAMPLE_PARAMETERS(ROW) TRIBO_INPUT_PARAMETERS(ROW)
                                                        TRIBO_GAIN_PARAMETERS(ROW)};
@@ -50,20 +52,58 @@ static bool is_papers(const tribo_controller_f32_config_t *config)
     return same;
 }
 
-tribo_status_t tribo_force_loop_f32_prepare(tribo_force_loop_f32_params_t       *params,
-                                            const tribo_force_loop_f32_config_t *config)
+/// kp + ki h/2 (z + 1)/(z - 1) with d = z - 1, and a pole at z = 0 that a zero cancels; without ki two such poles.
+static tribo_biquad_f32_section_t pi_section(const tribo_pi_t *pi, float h)
 {
-    if (config == NULL)
+    const float step = pi->ki_per_s * h;
+    const float b0   = pi->kp + 0.5f * step;
+    return step > 0.0f ? (tribo_biquad_f32_section_t){.b0 = b0, .b1 = b0 + step, .b2 = step, .a1 = 1.0f}
+                       : (tribo_biquad_f32_section_t){.b0 = b0, .b1 = b0, .b2 = 0.25f * b0, .a1 = 1.0f, .a2 = 0.25f};
+}
+
+/// Sections as they are, or the PI as one.
+static tribo_status_t name_controller(tribo_controller_f32_config_t       *controller,
+                                      tribo_biquad_f32_section_t          *section,
+                                      const tribo_force_loop_f32_config_t *config)
+{
+    const tribo_pi_t *const pi = &config->pi;
+
+    *controller = config->controller;
+    if (pi->kp == 0.0f && pi->ki_per_s == 0.0f)
     {
-        return TRIBO_ERR_NULL;
+        return TRIBO_OK;
     }
+    if (!within(pi->kp, 1.0e-6f, PI_MAX) || !within(pi->ki_per_s, 0.0f, PI_MAX) ||
+        pi->ki_per_s * config->sample_time_s > 2.0f * pi->kp)
+    {
+        return TRIBO_ERR_PI;
+    }
+    if (controller->section_count > 0u)
+    {
+        return TRIBO_ERR_CONTROLLER;
+    }
+    *section                  = pi_section(pi, config->sample_time_s);
+    controller->sections      = section;
+    controller->section_count = 1;
+    return TRIBO_OK;
+}
+
+tribo_status_t tribo_force_loop_f32_prepare(tribo_force_loop_f32_params_t       *params,
+                                            const tribo_force_loop_f32_config_t *config,
+                                            tribo_controller_f32_config_t       *controller,
+                                            tribo_biquad_f32_section_t          *section)
+{
     tribo_force_loop_f32_params_t made   = {.input_max_n = config->input_max_n, .gain = config->gain};
     tribo_status_t                status = PARAMETERS_CHECK(tribo_loop_parameters, config);
     if (status == TRIBO_OK)
     {
-        status = tribo_controller_f32_init(&made.controller, &config->controller);
+        status = name_controller(controller, section, config);
     }
-    if (status == TRIBO_OK && is_papers(&config->controller) &&
+    if (status == TRIBO_OK)
+    {
+        status = tribo_controller_f32_init(&made.controller, controller);
+    }
+    if (status == TRIBO_OK && is_papers(controller) &&
         magnitude(config->sample_time_s - TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S) > 1.0e-9f)
     {
         status = TRIBO_ERR_PAPER_SAMPLE_TIME;
@@ -94,12 +134,14 @@ static tribo_status_t make_part(const tribo_loop_part_t             *part,
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
                                          const tribo_force_loop_f32_config_t *config)
 {
-    if (params == NULL)
+    if (params == NULL || config == NULL)
     {
         return TRIBO_ERR_NULL;
     }
     tribo_force_loop_f32_params_t made;
-    tribo_status_t                status = tribo_force_loop_f32_prepare(&made, config);
+    tribo_controller_f32_config_t controller;
+    tribo_biquad_f32_section_t    section;
+    tribo_status_t                status = tribo_force_loop_f32_prepare(&made, config, &controller, &section);
     if (status == TRIBO_OK)
     {
         status = make_part(&config->method, config, &made);

@@ -19,15 +19,18 @@ static tribo_status_t make_part(const tribo_loop_part_t             *part,
     return part->make_f32 == NULL ? TRIBO_OK : TRIBO_ERR_PART;
 }
 
-tribo_status_t tribo_force_loop_q31_prepare(tribo_force_loop_q31_params_t       *made,
-                                            const tribo_force_loop_q31_config_t *config,
-                                            tribo_headroom_q31_t                *headroom)
+/// All of the init but the method and the guard.
+static tribo_status_t prepare(tribo_force_loop_q31_params_t       *made,
+                              const tribo_force_loop_q31_config_t *config,
+                              tribo_headroom_q31_t                *headroom)
 {
     const tribo_force_loop_f32_config_t *const loop         = &config->loop;
     const float                                full_scale_n = config->full_scale_n;
     tribo_force_loop_f32_params_t              f32;
+    tribo_controller_f32_config_t              controller;
+    tribo_biquad_f32_section_t                 section;
 
-    tribo_status_t status = tribo_force_loop_f32_prepare(&f32, loop);
+    tribo_status_t status = tribo_force_loop_f32_prepare(&f32, loop, &controller, &section);
     if (status != TRIBO_OK)
     {
         return status;
@@ -42,7 +45,7 @@ tribo_status_t tribo_force_loop_q31_prepare(tribo_force_loop_q31_params_t       
     }
     *made  = (tribo_force_loop_q31_params_t){.input_max = fixed_input_max(loop->input_max_n, full_scale_n),
                                              .gain      = fixed(f32.gain, LOOP_Q31_GAIN_FRACTION)};
-    status = tribo_controller_q31_init(&made->controller, &loop->controller, full_scale_n, headroom);
+    status = tribo_controller_q31_init(&made->controller, &controller, full_scale_n, headroom);
     return status != TRIBO_OK ? status
                               : tribo_compensator_q31_init(&made->compensator,
                                                            config->table,
@@ -60,7 +63,7 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     }
     tribo_headroom_q31_t          headroom;
     tribo_force_loop_q31_params_t made;
-    tribo_status_t                status = tribo_force_loop_q31_prepare(&made, config, &headroom);
+    tribo_status_t                status = prepare(&made, config, &headroom);
     if (status == TRIBO_OK)
     {
         status = make_part(&config->loop.method, config, &made);

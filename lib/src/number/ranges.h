@@ -16,6 +16,26 @@ tribo_status_t tribo_parameters_check(const tribo_parameter_t *rows, uint32_t co
 /// The same of a whole table.
 #define PARAMETERS_CHECK(rows, config) tribo_parameters_check(rows, sizeof(rows) / sizeof((rows)[0]), config)
 
+/// Says in `refusal`, unless it is null, that number `member` of element `index` of a list is refused. `rows` are of the element's
+/// numbers. Returns `status`.
+tribo_status_t tribo_element_refuse(tribo_status_t           status,
+                                    const tribo_parameter_t *rows,
+                                    uint32_t                 member,
+                                    const void              *element,
+                                    uint32_t                 index,
+                                    tribo_refusal_t         *refusal);
+
+/// TRIBO_OK, or the refusal of the first of `count` numbers of an element that is out of its range.
+tribo_status_t tribo_element_check(const tribo_parameter_t *rows,
+                                   uint32_t                 count,
+                                   const void              *element,
+                                   uint32_t                 index,
+                                   tribo_refusal_t         *refusal);
+
+/// A row of an element's number, for the struct `element`.
+#define PARAMETERS_ELEMENT(element, symbol, member, key, unit, low_, high_, sentence)                                  \
+    {.low = (float)(low_), .high = (float)(high_), .at = offsetof(element, member), .status = TRIBO_ERR_##symbol},
+
 /// A row of a table, for the struct `config` that has its member.
 #define PARAMETERS_ROW(config, group, symbol, member, key, unit, low_, high_, standard_, change, number_, ...)         \
     {.low      = (float)(low_),                                                                                        \
