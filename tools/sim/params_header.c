@@ -53,7 +53,6 @@ typedef struct field
 #define STRUCTS(member, counter_, rows_) {.name = #member, .kind = STRUCT, .offset = offsetof(T, member), .size = sizeof AT(member[0]), .count = 1, \
     .counter = offsetof(T, counter_), .counter_size = sizeof AT(counter_), .rows = (rows_)}
 #define END {.name = NULL}
-#define LEVEL(group, symbol, member, ...) F(member),
 
 #define T tribo_biquad_f32_section_t
 static const field_t section_f32[] = {F(b0), F(b1), F(b2), F(a1), F(a2), END};
@@ -75,7 +74,7 @@ static const field_t k_f32[] = {F(at_0), F(per_power), END};
 #undef T
 #define T tribo_friction_f32_params_t
 static const field_t friction_f32[] = {F(rate_hz), F(exponent_per_rise), F(exponent_at_rest), SMALLS(k, k_f32), SMALLS(law, law_f32),
-    F(table), TRIBO_LEVEL_PARAMETERS(LEVEL) F(gravity_n), F(table_length), F(pulse_width), END};
+    F(table), F(set_level), F(reset_level), F(gravity_n), F(table_length), F(pulse_width), END};
 #undef T
 #define T tribo_arm_f32_params_t
 static const field_t arm_f32[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), END};
@@ -113,7 +112,7 @@ static const field_t point_q31[] = {F(force), F(positive), F(negative), END};
 #undef T
 #define T tribo_friction_q31_params_t
 static const field_t friction_q31[] = {F(rise_max), F(exponent_rate), F(exponent_at_rest), F(k_min), F(k_max), SMALLS(law, law_q31),
-    F(table), TRIBO_LEVEL_PARAMETERS(LEVEL) F(gravity), ARRAY(law_whole), F(rise_shift), F(k_shift), F(is_shallow), F(table_length), F(pulse_width), END};
+    F(table), F(set_level), F(reset_level), F(gravity), ARRAY(law_whole), F(rise_shift), F(k_shift), F(is_shallow), F(table_length), F(pulse_width), END};
 #undef T
 #define T tribo_arm_q31_params_t
 static const field_t arm_q31[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), F(shift), END};

@@ -189,10 +189,10 @@ struct tribo_friction_f32_params
     tribo_friction_f32_k_t k[2];                                ///< for an exponent of 0 or more, and below 0
     tribo_breakaway_f32_t  law[2];                              ///< L+, L-
     const tribo_breakaway_point_f32_t *table;                   ///< null: the affine laws
-    TRIBO_LEVEL_PARAMETERS(TRIBO_FLOAT_MEMBER)                  ///< c1, c2
-    float   gravity_n;
-    uint8_t table_length;
-    uint8_t pulse_width; ///< samples
+    float                              set_level, reset_level;  ///< c1, c2
+    float                              gravity_n;
+    uint8_t                            table_length;
+    uint8_t                            pulse_width; ///< samples
 };
 
 struct tribo_friction_f32_state

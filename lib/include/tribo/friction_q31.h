@@ -116,20 +116,20 @@ typedef struct
 /// Constants of a step, made by tribo_friction_q31_init.
 struct tribo_friction_q31_params
 {
-    uint32_t                           rise_max;         ///< limit of the rise of |n|, where E is 2^32 or more
-    uint32_t                           exponent_rate;    ///< of E = 2^exponent, per rise 2^rise_shift, Q54
-    int32_t                            exponent_at_rest; ///< minus the exponent at no rise, Q22
-    uint32_t                           k_min, k_max;     ///< times 2^-S, Q32
-    tribo_breakaway_q31_t              law[2];           ///< L+, L-
-    const tribo_breakaway_point_q31_t *table;            ///< null: the affine laws
-    TRIBO_LEVEL_PARAMETERS(TRIBO_UNSIGNED_MEMBER)        ///< c1, c2, Q32; 1 becomes UINT32_MAX
-    int32_t gravity;                                     ///< Q31
-    uint8_t law_whole[2];                                ///< the slopes' whole parts, 0 to 10
-    uint8_t rise_shift;                                  ///< 1 to 31
-    uint8_t k_shift;                                     ///< S
-    bool    is_shallow;                                  ///< no table, slopes below 1, no L beyond FS
-    uint8_t table_length;
-    uint8_t pulse_width; ///< samples
+    uint32_t                           rise_max;               ///< limit of the rise of |n|, where E is 2^32 or more
+    uint32_t                           exponent_rate;          ///< of E = 2^exponent, per rise 2^rise_shift, Q54
+    int32_t                            exponent_at_rest;       ///< minus the exponent at no rise, Q22
+    uint32_t                           k_min, k_max;           ///< times 2^-S, Q32
+    tribo_breakaway_q31_t              law[2];                 ///< L+, L-
+    const tribo_breakaway_point_q31_t *table;                  ///< null: the affine laws
+    uint32_t                           set_level, reset_level; ///< c1, c2, Q32; 1 becomes UINT32_MAX
+    int32_t                            gravity;                ///< Q31
+    uint8_t                            law_whole[2];           ///< the slopes' whole parts, 0 to 10
+    uint8_t                            rise_shift;             ///< 1 to 31
+    uint8_t                            k_shift;                ///< S
+    bool                               is_shallow;             ///< no table, slopes below 1, no L beyond FS
+    uint8_t                            table_length;
+    uint8_t                            pulse_width; ///< samples
 };
 
 struct tribo_friction_q31_state

@@ -47,19 +47,14 @@ extern "C" {
 #define TRIBO_CASCADE_PARAMETERS(ROW) \
     ROW(CASCADE, SECTION_COUNT, section_count, "section_count", "-", 1, 4, 2, TUNES, 0x128, "", "second-order sections of the controller")
 
-/// Levels of the relays, likewise of tribo_friction_f32_config_t. The steps read them as they are, in Q31 as Q32, so the params of
-/// both arithmetics have a member for each row.
-#define TRIBO_LEVEL_PARAMETERS(ROW) \
-    ROW(FRICTION, SET_LEVEL, set_level, "set_level", "-", 1e-6, 1, 0.75, TUNES, 0x112, "q31: at least 2^-32 of the smallest L", "c1 of Eq. (9): where the relays set, as a fraction of L") \
-    ROW(FRICTION, RESET_LEVEL, reset_level, "reset_level", "-", 1e-6, 1, 0.8, TUNES, 0x114, "", "c2 of Eq. (9): where the relays reset, as a fraction of L")
-
-/// Of tribo_friction_f32_config_t.
+/// Of tribo_friction_f32_config_t. The steps read set_level and reset_level as they are, in Q31 as Q32.
 #define TRIBO_FRICTION_PARAMETERS(ROW) \
     ROW(FRICTION, K_MIN, k_min, "k_min", "-", 1.01, 1000, 6.0, TUNES, 0x10a, "at most k_max", "k of Eq. (5) at high net-force rates, where hysteresis is widest; at most `k_max`") \
     ROW(FRICTION, K_MAX, k_max, "k_max", "-", 1.01, 1000, 20.0, TUNES, 0x10c, "", "k of Eq. (5) at low net-force rates") \
     ROW(FRICTION, V0, v0_n_per_s, "v0_N_per_s", "N/s", 1e-6, 1e6, 0.007, TUNES, 0x110, "q31: over m full_scale_n/(6 2^31 h)", "centre of k(v)") \
     ROW(FRICTION, M, m, "m", "-", 0, 100, 3.0, TUNES, 0x10e, "", "steepness of k(v)") \
-    TRIBO_LEVEL_PARAMETERS(ROW) \
+    ROW(FRICTION, SET_LEVEL, set_level, "set_level", "-", 1e-6, 1, 0.75, TUNES, 0x112, "q31: at least 2^-32 of the smallest L", "c1 of Eq. (9): where the relays set, as a fraction of L") \
+    ROW(FRICTION, RESET_LEVEL, reset_level, "reset_level", "-", 1e-6, 1, 0.8, TUNES, 0x114, "", "c2 of Eq. (9): where the relays reset, as a fraction of L") \
     ROW(FRICTION, PULSE_WIDTH, pulse_width_s, "pulse_width_s", "s", 1e-6, 6.3, 0.003, TUNES, 0x116, "1 to 63 sample times", "pulse of the edge detectors; in the compensator 1 to 63 samples") \
     ROW(FRICTION, GRAVITY, gravity_n, "gravity_N", "N", -1e6, 1e6, 0, PROTECTS, 0x118, "q31: within full_scale_n", "gravity on the arm, as end-point force")
 
@@ -207,9 +202,8 @@ typedef struct
     uint8_t  protects; ///< 1: PROTECTS
 } tribo_parameter_t;
 
-/// A member for each row: of a config, and of params in Q31.
-#define TRIBO_FLOAT_MEMBER(group, symbol, member, ...)    float member;
-#define TRIBO_UNSIGNED_MEMBER(group, symbol, member, ...) uint32_t member;
+/// A member of a config for each row.
+#define TRIBO_FLOAT_MEMBER(group, symbol, member, ...) float member;
 
 // NOLINTNEXTLINE(bugprone-macro-parentheses): a summand
 #define TRIBO_PARAMETER_ONE(...)    +1

@@ -88,9 +88,8 @@ tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params
     params->table_length      = (uint8_t)(config->table != NULL ? config->table_length : 0u);
     params->gravity_n         = config->gravity_n + 0.0f; // -0 would make n = -0
     params->pulse_width       = (uint8_t)(pulse_samples + 0.5f);
-#define COPY(group, symbol, member, ...) params->member = config->member;
-    TRIBO_LEVEL_PARAMETERS(COPY)
-#undef COPY
+    params->set_level         = config->set_level;
+    params->reset_level       = config->reset_level;
     return TRIBO_OK;
 }
 

@@ -146,11 +146,10 @@ static tribo_status_t quantize_friction(tribo_friction_q31_params_t       *out,
         return status;
     }
     out->table_length = f32.table_length;
-#define QUANTIZE(group, symbol, member, ...) out->member = fixed_unsigned(config->member, 32);
-    TRIBO_LEVEL_PARAMETERS(QUANTIZE)
-#undef QUANTIZE
-    status = quantize_rate(out, &f32, full_scale_n);
-    status = status != TRIBO_OK ? status : quantize_breakaway(out, config, full_scale_n);
+    out->set_level    = fixed_unsigned(config->set_level, 32);
+    out->reset_level  = fixed_unsigned(config->reset_level, 32);
+    status            = quantize_rate(out, &f32, full_scale_n);
+    status            = status != TRIBO_OK ? status : quantize_breakaway(out, config, full_scale_n);
     if (status != TRIBO_OK)
     {
         return status;
