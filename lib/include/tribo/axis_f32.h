@@ -1,19 +1,20 @@
 /// A force axis in one struct, single precision: the loop of force_loop_f32.h with the feed-forward and its guard.
 ///
 ///     static tribo_axis_f32_t  axis;
-///     tribo_axis_f32_config_t  config = tribo_axis_f32_config(); // empty: refused until the rig is in it
+///     tribo_axis_f32_config_t  config = tribo_axis_f32_config(); // empty: the init refuses it until you describe the rig
 ///     ...
-///     tribo_status_t status = tribo_axis_f32_init(&axis, &config); // each refusal names the next field: tribo_status_text
+///     tribo_status_t status = tribo_axis_f32_init(&axis, &config); // tribo_status_text(status) names the next field
 ///     u = tribo_axis_f32_step(&axis, r, y);                        // every tick
 ///
-/// With a controller of your own (tribo_own) the tick has two halves, and one call tells what the limit has taken from your output:
+/// With your own controller (tribo_own) the tick has two halves, and one call returns what the limit has cut off your
+/// output:
 ///
 ///     e = tribo_axis_f32_error(&axis, r, y);
 ///     u = tribo_axis_f32_command(&axis, my_pid(e));
 ///     my_integral += my_gain * tribo_axis_f32_excess(&axis);
 ///
-/// Not synchronized: one axis, one tick. A tick is a tick of the force loop and 10 instructions, and cannot fail. It does not move or copy:
-/// the axis points to itself.
+/// Not synchronized: one axis, one tick. A tick costs a tick of the force loop and 10 instructions, and cannot fail. Do
+/// not move or copy an axis, because it points to itself.
 
 #ifndef TRIBO_AXIS_F32_H
 #define TRIBO_AXIS_F32_H
@@ -29,7 +30,7 @@ typedef struct tribo_axis_f32        tribo_axis_f32_t;
 
 typedef enum
 {
-    TRIBO_CONTROLLER_NONE = 0, ///< refused
+    TRIBO_CONTROLLER_NONE = 0, ///< the init refuses it
     TRIBO_CONTROLLER_PI,
     TRIBO_CONTROLLER_SECTIONS,
     TRIBO_CONTROLLER_OWN
@@ -45,114 +46,124 @@ typedef struct
 
 typedef struct
 {
-    float sample_time_s; ///< of every tick, 1e-6 to 0.1 s
-    float u_min_n;       ///< -1e6 to 0 N
-    float u_max_n;       ///< 0 to 1e6 N, over u_min_n
-    float input_max_n;   ///< largest credible |r| and |y|, up to 1e6 N; 0: twice the larger limit of u
-    float usual_force_n; ///< |F| around which the rig usually works; 0: a quarter of the larger limit of u
-    tribo_breakaway_f32_t positive,
-        negative; ///< breakaway, offset_n + slope |F|, within a factor of 3; a negative of 0 is as the positive
-    float                          gravity_n; ///< constant load on the arm, as end-point force
-    float                          arm_lag_s; ///< damping over stiffness of the arm, s; 0: none that is known
-    float                          noise_n;   ///< standard deviation of y; 0: unknown
-    tribo_axis_controller_t        controller;
-    tribo_feedforward_f32_config_t feedforward; ///< poles of actuator and sensor; the rest has its defaults
+    float sample_time_s;              ///< time between two ticks, 1e-6 to 0.1 s
+    float u_min_n;                    ///< -1e6 to 0 N
+    float u_max_n;                    ///< 0 to 1e6 N, over u_min_n
+    float input_max_n;                ///< largest credible |r| and |y|, up to 1e6 N; 0: twice the larger limit of u
+    float usual_force_n;              ///< |F| around which the rig usually works; 0: a quarter of the larger limit of u
+    tribo_breakaway_f32_t   positive; ///< breakaway, offset_n + slope |F|, right within a factor of 3
+    tribo_breakaway_f32_t   negative; ///< breakaway in the negative direction; 0: the same as in the positive one
+    float                   gravity_n; ///< constant load on the arm, as end-point force
+    float                   arm_lag_s; ///< damping divided by stiffness of the arm, s; 0: not known
+    float                   noise_n;   ///< standard deviation of y; 0: not known
+    tribo_axis_controller_t controller;
+    tribo_feedforward_f32_config_t
+        feedforward; ///< set the poles of actuator and sensor; the other members have their defaults
 } tribo_axis_f32_config_t;
 
-/// For both arithmetics, in N.
+/// The state of an axis in N, for both arithmetics.
 typedef struct
 {
-    float breakaway_n[2];      ///< learned, at the usual force, by TRIBO_BREAKAWAY_POSITIVE and _NEGATIVE
-    float low_n[2], high_n[2]; ///< between these it is, at 95 %
-    float travel_n;            ///< learned from
-    float
-        times_less; ///< work of the controller at a reversal: so many times less than without compensation; 0: not known yet
-    float    share;                                      ///< of friction that the guard lets through, 0 to 1
-    uint32_t bad_inputs, limited_ticks, forgotten, late; ///< since the init; they stop at UINT32_MAX
-    uint32_t warnings;                                   ///< bits, for tribo_axis_warning
+    float breakaway_n
+        [2]; ///< learned breakaway at the usual force; TRIBO_BREAKAWAY_POSITIVE and _NEGATIVE are the indices
+    float    low_n[2], high_n[2]; ///< 95 % interval of the breakaway
+    float    travel_n;            ///< travel that was learned from
+    float    times_less; ///< factor by which compensation reduces the controller's work at a reversal; 0: not known yet
+    float    share;      ///< part of friction that the guard lets through, 0 to 1
+    uint32_t bad_inputs, limited_ticks, forgotten, late; ///< counted since the init; they stop at UINT32_MAX
+    uint32_t warnings;                                   ///< bits for tribo_axis_warning
 } tribo_axis_report_t;
 
-/// a, P, doubt, travel and seal of tribo_feedforward_learner_t.
+/// Words of a, P, doubt, travel and seal of tribo_feedforward_learner_t.
 #define TRIBO_AXIS_LEARNED_WORDS 23
 
-/// What is learned, to be kept over a loss of power. Any storage will do; bytes as they are.
+/// The learned values, to keep while power is off. Store the bytes as they are.
 typedef struct
 {
     uint32_t version; ///< TRIBO_AXIS_F32_BLOB_VERSION
-    uint32_t rig;     ///< the config's breakaway, usual force and presliding
+    uint32_t rig;     ///< checksum of the config's breakaway, usual force and presliding
     uint32_t learned[TRIBO_AXIS_LEARNED_WORDS];
-    uint32_t checksum; ///< CRC-32 of all before
+    uint32_t checksum; ///< CRC-32 of the members above
 } tribo_axis_f32_blob_t;
 
 #define TRIBO_AXIS_F32_BLOB_VERSION UINT32_C(0x54413132) ///< changes with the meaning of any bit
 
-/// v = kp e + ki times the integral of e, by the bilinear rule: newtons of u per newton of error, 1e-6 to 1e5, and that per second,
-/// 0 to 1e5 and times the sample time at most 2 kp. Friction is no part of it: tune it for the arm without friction.
+/// Returns a PI, v = kp e + ki (integral of e), integrated by the bilinear rule. kp is newtons of u per newton of
+/// error, 1e-6 to 1e5. ki is kp per second, 0 to 1e5, and times the sample time at most 2 kp. Tune both for the arm
+/// without friction.
 tribo_axis_controller_t tribo_pi(float kp, float ki_per_s);
 
-/// `count` sections for the axis' sample time, as tribo_controller_f32_config_t has them; read by the init alone.
+/// Returns a controller of `count` sections, which are designed for the axis's sample time and described in
+/// controller_f32.h. Only the init reads `sections`.
 tribo_axis_controller_t tribo_sections(const tribo_biquad_f32_section_t *sections, uint32_t count);
 
-/// The paper's, for 1 ms and an arm like the paper's.
+/// Returns the paper's controller, for 1 ms and an arm like the paper's.
 tribo_axis_controller_t tribo_paper(void);
 
-/// None of the library's: use _error and _command.
+/// Says that you run your own controller between tribo_axis_f32_error and _command.
 tribo_axis_controller_t tribo_own(void);
 
-/// The beginning: all that depends on the rig is 0 and refused, field by field. The feed-forward's other numbers are the defaults.
+/// Returns the beginning of a config. Everything that depends on the rig is 0, and the init refuses it field by field
+/// until you set it. The other numbers of the feed-forward have their defaults.
 tribo_axis_f32_config_t tribo_axis_f32_config(void);
 
-/// Makes an axis at rest that has learned nothing. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_U_MIN,
-/// TRIBO_ERR_U_MAX, TRIBO_ERR_CONTROLLER, TRIBO_ERR_PI, TRIBO_ERR_AXIS_LAG, or a status of tribo_force_loop_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
+/// Initialises an axis at rest that has learned nothing. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME,
+/// TRIBO_ERR_U_MIN, TRIBO_ERR_U_MAX, TRIBO_ERR_CONTROLLER, TRIBO_ERR_PI, TRIBO_ERR_AXIS_LAG, or a status of
+/// tribo_force_loop_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_axis_f32_init(tribo_axis_f32_t *axis, const tribo_axis_f32_config_t *config);
 
-/// One tick: u in N, within its limits, for any r and y; 0 before the init. Every 10 ticks it learns, too.
+/// Runs one tick: returns u in N, within its limits for any r and y, or 0 before the init. Every 10 ticks it also
+/// learns.
 float tribo_axis_f32_step(tribo_axis_f32_t *axis, float r_n, float y_n);
 
-/// The tick in two halves, for tribo_own: the error for your controller, then u for its output. See tribo_force_loop_f32_error.
+/// The first half of a tick with tribo_own: returns the error for your controller. tribo_force_loop_f32_error explains
+/// the halves.
 float tribo_axis_f32_error(tribo_axis_f32_t *axis, float r_n, float y_n);
 
-/// The second half: u in N for the output v of your controller.
+/// The second half: returns u in N for the output `v_n` of your controller.
 float tribo_axis_f32_command(tribo_axis_f32_t *axis, float v_n);
 
-/// What the limit took in the last command: u less the sum that was wanted; 0 within the limits.
+/// Returns what the limit cut off in the last command: u minus the unlimited sum, 0 within the limits.
 float tribo_axis_f32_excess(const tribo_axis_f32_t *axis);
 
-/// Not for the tick. Zeros before the init.
+/// Writes the report; all of it is 0 before the init. Not for the tick.
 void tribo_axis_f32_report(const tribo_axis_f32_t *axis, tribo_axis_report_t *report);
 
-/// The sentence of one of `warnings`, whose bit is cleared; null where none is left.
+/// Returns the sentence for one bit of `warnings` and clears that bit; null if no bit is set.
 const char *tribo_axis_warning(uint32_t *warnings);
 
-/// By command, once the cause is found: friction returns in full, latches open. What is learned stays.
+/// Clears the latched warnings and lets all friction through again. Call it on command, once the cause is found.
+/// Learned values stay.
 void tribo_axis_f32_restore(tribo_axis_f32_t *axis);
 
-/// Another config while it runs: `next` is made in the background, then handed over between two ticks. u does not jump, and what is
-/// learned stays. `next` must live until another has been handed over and run for a tick. Statuses of the init; of the change TRIBO_ERR_NULL, of a next that
-/// was not made or an axis without init TRIBO_ERR_AXIS_ORDER, of another sample time TRIBO_ERR_SAMPLE_TIME.
+/// Prepares params for a change of config while the axis runs. Call it in the background, then call
+/// tribo_axis_f32_change between two ticks. Returns the statuses of tribo_axis_f32_init.
 tribo_status_t tribo_axis_f32_prepare(tribo_axis_f32_params_t *next, const tribo_axis_f32_config_t *config);
 
-/// Hands the prepared params over, between two ticks; see _prepare.
+/// Makes the axis use the prepared params from the next tick on. u does not jump, and learned values stay. `next` must
+/// live until the axis has run a tick with other params. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_AXIS_ORDER if
+/// `next` was not prepared or the axis not initialised, or TRIBO_ERR_SAMPLE_TIME if `next` is for another sample time.
 tribo_status_t tribo_axis_f32_change(tribo_axis_f32_t *axis, const tribo_axis_f32_params_t *next);
 
-/// Between two ticks, as is the import. Nothing learned before the init.
+/// Copies the learned values to `blob`, which is empty before the init. Call it between two ticks.
 void tribo_axis_f32_export(const tribo_axis_f32_t *axis, tribo_axis_f32_blob_t *blob);
 
-/// Takes over what was learned, at any time after the init; u does not jump. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_AXIS_ORDER
-/// before the init, TRIBO_ERR_BLOB_VERSION, TRIBO_ERR_BLOB_CHECKSUM or TRIBO_ERR_BLOB_RIG; then nothing has changed.
+/// Takes over learned values from `blob`, between two ticks at any time after the init; u does not jump. Returns
+/// TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_AXIS_ORDER before the init, TRIBO_ERR_BLOB_VERSION, TRIBO_ERR_BLOB_CHECKSUM or
+/// TRIBO_ERR_BLOB_RIG. Changes nothing unless TRIBO_OK.
 tribo_status_t tribo_axis_f32_import(tribo_axis_f32_t *axis, const tribo_axis_f32_blob_t *blob);
 
-// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+// --- contents of the types above: reserve room for them; write only the members whose comment says so ---------------
 
-/// What is made of a config. Const once it is in use.
+/// Constants of an axis, computed from its config. Do not change them while they are in use.
 struct tribo_axis_f32_params
 {
     tribo_force_loop_f32_params_t  loop;
     tribo_feedforward_f32_params_t feedforward;
     tribo_guard_f32_params_t       guard;
     float                          sample_time_s, full_scale_n, usual_force_n;
-    float                          breakaway_n; ///< as configured, at the usual force
-    uint32_t                       rig;         ///< of the numbers that what is learned refers to
+    float                          breakaway_n; ///< configured breakaway at the usual force
+    uint32_t                       rig;         ///< checksum of the numbers that the learned values refer to
 };
 
 struct tribo_axis_f32

@@ -1,5 +1,5 @@
-/// A force axis in one struct, Q31: the twin of axis_f32.h. Config and report are the same, in N; forces of a tick are Q31 of the full
-/// scale that the init is given. Not synchronized: one axis, one tick.
+/// A force axis in one struct, Q31. axis_f32.h explains each call. Config and report are the same, in N; the forces of
+/// a tick are Q31 of the full scale that you pass to the init. Not synchronized: one axis, one tick.
 
 #ifndef TRIBO_AXIS_Q31_H
 #define TRIBO_AXIS_Q31_H
@@ -14,7 +14,7 @@ extern "C" {
 typedef struct tribo_axis_q31_params tribo_axis_q31_params_t;
 typedef struct tribo_axis_q31        tribo_axis_q31_t;
 
-/// See the twin; the full scale is part of the rig.
+/// The learned values; tribo_axis_f32_blob_t explains the members. `rig` includes the full scale.
 typedef struct
 {
     uint32_t version, rig;
@@ -24,48 +24,50 @@ typedef struct
 
 #define TRIBO_AXIS_Q31_BLOB_VERSION UINT32_C(0x54413232)
 
-/// See the twin, whose statuses these are, or TRIBO_ERR_FULL_SCALE. Forces, limits and breakaway fit into the full scale; better twice.
+/// Initialises an axis. Returns a status of tribo_axis_f32_init, or TRIBO_ERR_FULL_SCALE. Choose a full scale that
+/// holds every force, limit and breakaway, or twice as much.
 tribo_status_t tribo_axis_q31_init(tribo_axis_q31_t *axis, const tribo_axis_f32_config_t *config, float full_scale_n);
 
-/// In the background, once in 10 ticks or more often: learns from the sample of the tick, in float32. True where there was one. Later costs time
-/// to learn, and is counted in `late` of the report.
+/// Learns from the last sample in float32, and returns whether there was one. Call it in the background once in 10
+/// ticks or more often. A late call slows learning down, and `late` of the report counts it.
 bool tribo_axis_q31_learn(tribo_axis_q31_t *axis);
 
-/// One tick, which does not learn. 0 before the init.
+/// Runs one tick, which does not learn: returns u, or 0 before the init.
 int32_t tribo_axis_q31_step(tribo_axis_q31_t *axis, int32_t r, int32_t y);
 
-/// See the twin.
+/// The first half of a tick: returns the error for your own controller.
 int32_t tribo_axis_q31_error(tribo_axis_q31_t *axis, int32_t r, int32_t y);
 
-/// See the twin.
+/// The second half of a tick: returns u for the output `v` of your controller.
 int32_t tribo_axis_q31_command(tribo_axis_q31_t *axis, int32_t v);
 
-/// See the twin.
+/// Returns what the limit cut off in the last command: u minus the unlimited sum, 0 within the limits.
 int32_t tribo_axis_q31_excess(const tribo_axis_q31_t *axis);
 
-/// See the twin; with float, so not for the tick.
+/// Writes the report; all of it is 0 before the init. It computes in float32, so do not call it in the tick.
 void tribo_axis_q31_report(const tribo_axis_q31_t *axis, tribo_axis_report_t *report);
 
-/// See the twin.
+/// Clears the latched warnings and lets all friction through again. Learned values stay.
 void tribo_axis_q31_restore(tribo_axis_q31_t *axis);
 
-/// See the twin; another full scale is refused with TRIBO_ERR_FULL_SCALE.
+/// Prepares params for a change of config while the axis runs. Returns the statuses of tribo_axis_q31_init.
 tribo_status_t tribo_axis_q31_prepare(tribo_axis_q31_params_t       *next,
                                       const tribo_axis_f32_config_t *config,
                                       float                          full_scale_n);
 
-/// Hands the prepared params over, between two ticks; see the twin.
+/// Makes the axis use the prepared params from the next tick on. Returns a status of tribo_axis_f32_change, or
+/// TRIBO_ERR_FULL_SCALE if `next` is for another full scale.
 tribo_status_t tribo_axis_q31_change(tribo_axis_q31_t *axis, const tribo_axis_q31_params_t *next);
 
-/// See the twin.
+/// Copies the learned values to `blob`. Call it between two ticks.
 void tribo_axis_q31_export(const tribo_axis_q31_t *axis, tribo_axis_q31_blob_t *blob);
 
-/// See the twin.
+/// Takes over learned values from `blob`, between two ticks. Returns a status of tribo_axis_f32_import.
 tribo_status_t tribo_axis_q31_import(tribo_axis_q31_t *axis, const tribo_axis_q31_blob_t *blob);
 
-// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+// --- contents of the types above: reserve room for them; write only the members whose comment says so ---------------
 
-/// See the twin.
+/// Constants of an axis, computed from its config; tribo_axis_f32_params explains them.
 struct tribo_axis_q31_params
 {
     tribo_force_loop_q31_params_t  loop;

@@ -23,26 +23,26 @@ typedef struct
 {
     int32_t v;       ///< the cascade's output, Q31, saturated
     int32_t u;       ///< the limited sum, Q31
-    bool    limited; ///< u is not v + term
+    bool    limited; ///< u differs from v + term
 } tribo_controller_q31_signals_t;
 
-/// Worst-case peaks as a fraction of full scale: L1 norms of the quantised cascade, and 2 % more. Of responses longer than 4096
-/// ticks an upper bound: see headroom_q31.c.
+/// Worst-case peaks as a fraction of full scale: L1 norms of the quantised cascade plus 2 %. For responses longer than
+/// 4096 ticks they are upper bounds, as headroom_q31.c explains.
 typedef struct
 {
-    float input;                             ///< of the input node
-    float output[TRIBO_BIQUAD_SECTIONS_MAX]; ///< of each section's output node; 2^scale is above it
+    float input;                             ///< peak of the input node
+    float output[TRIBO_BIQUAD_SECTIONS_MAX]; ///< peak of each section's output node, below 2^scale
 } tribo_headroom_q31_t;
 
-/// Makes `params` of a controller. Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE, a status of tribo_controller_f32_init, or
-/// TRIBO_ERR_HEADROOM for a peak that is unbounded, whose response lasts for more than about 2^28 ticks, or that reaches 2^24
-/// full scales. `headroom` may be null. Costs up to 12 million instructions.
+/// Does what tribo_controller_f32_init does, in Q31. Returns TRIBO_OK, TRIBO_ERR_FULL_SCALE, a status of
+/// tribo_controller_f32_init, or TRIBO_ERR_HEADROOM if a peak is unbounded or reaches 2^24 full scales, or if its
+/// response lasts for more than about 2^28 ticks. `headroom` may be null. Costs up to 12 million instructions.
 tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *params,
                                          const tribo_controller_f32_config_t *config,
                                          float                                full_scale_n,
                                          tribo_headroom_q31_t                *headroom);
 
-// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+// --- contents of the types above: reserve room for them; write only the members whose comment says so ---------------
 
 typedef struct
 {
@@ -51,16 +51,16 @@ typedef struct
     int32_t c2;         ///< Q(28 + shift), with the scales of both nodes in it
     int32_t d2, d2_low; ///< Q(28 + shift), and 2^-32 of that, to add
     uint8_t shift;      ///< s, 0 to 30
-    uint8_t scale;      ///< 0 to 24, of this section's output node: y is held times 2^-scale
+    uint8_t scale;      ///< 0 to 24: the section's output node holds y times 2^-scale
 } tribo_biquad_q31_section_t;
 
-/// Constants of a step. Const once made; may be shared.
+/// Constants of the cascade.
 typedef struct
 {
     tribo_biquad_q31_section_t section[TRIBO_BIQUAD_SECTIONS_MAX];
-    uint8_t                    count;        ///< 2 to 4: a lone section is followed by a pass-through
-    uint8_t                    input_scale;  ///< 0 to 24, of the input node: x is held times 2^-input_scale
-    uint8_t                    output_scale; ///< that of the last section
+    uint8_t                    count;        ///< 2 to 4: a pass-through follows a single section
+    uint8_t                    input_scale;  ///< 0 to 24: the input node holds x times 2^-input_scale
+    uint8_t                    output_scale; ///< the scale of the last section
 } tribo_biquad_q31_params_t;
 
 typedef struct
@@ -75,7 +75,7 @@ typedef struct
     uint32_t                         saturated; ///< values clamped since reset; stops at UINT32_MAX
 } tribo_biquad_q31_state_t;
 
-/// Constants of a step, made by tribo_controller_q31_init.
+/// Constants of a step, computed by tribo_controller_q31_init. Constant from then on; several loops may share them.
 struct tribo_controller_q31_params
 {
     tribo_biquad_q31_params_t cascade;
@@ -87,7 +87,7 @@ struct tribo_controller_q31_params
 
 typedef struct
 {
-    tribo_biquad_q31_state_t cascade;       ///< with the values saturated in it
+    tribo_biquad_q31_state_t cascade;       ///< contains the count of saturated values
     uint32_t                 limited_ticks; ///< since reset; stops at UINT32_MAX
 } tribo_controller_q31_state_t;
 

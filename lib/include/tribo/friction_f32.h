@@ -12,12 +12,12 @@
 /// After the net force has been large with the other sign (Q), f stays below n as n returns:
 /// the hysteresis inside stiction. Symmetric parameters give f(-u, -F) = -f(u, F) exactly.
 ///
-/// Eq. (5) is computed as the same curve in the form k = (k_max + k_min E)/(1 + E), E = e^(2 m (v/v0 - 1)), and Eq. (3) as
-/// n less a rational function of (n/(k L))^2. The relative error of f for that k is within 1.2e-6. The error of k is within
-/// (1 + m/12) 1e-6 of k_max - k_min and 2e-7 of k: the rounding of E's exponent grows with the steepness of k(v). That is
-/// 2e-6 up to m = 20 and 7.8e-6 at m = 100 (tests/unit/test_friction_f32.c measures both). |f| <= L and |f| <= |n| always.
-/// One division (two with a table). The only loop is over a breakaway table's points, always all of them.
-/// Not synchronized: one state, one tick.
+/// Eq. (5) is computed as the same curve in the form k = (k_max + k_min E)/(1 + E), E = e^(2 m (v/v0 - 1)), and Eq. (3)
+/// as n less a rational function of (n/(k L))^2. The relative error of f for that k is within 1.2e-6. The error of k is
+/// within (1 + m/12) 1e-6 of k_max - k_min and 2e-7 of k: the rounding of E's exponent grows with the steepness of
+/// k(v). That is 2e-6 up to m = 20 and 7.8e-6 at m = 100 (tests/unit/test_friction_f32.c measures both). |f| <= L and
+/// |f| <= |n| always. One division (two with a table). The only loop is over a breakaway table's points, always all of
+/// them. Not synchronized: one state, one tick.
 
 #ifndef TRIBO_FRICTION_F32_H
 #define TRIBO_FRICTION_F32_H
@@ -39,13 +39,13 @@ typedef struct tribo_arm_f32_state          tribo_arm_f32_state_t;
 typedef struct tribo_compensator_f32_params tribo_compensator_f32_params_t;
 typedef struct tribo_compensator_f32_state  tribo_compensator_f32_state_t;
 
-/// Events of one sample; the set lines rest high, the reset lines low.
+/// Events of one sample. At rest the set lines are high and the reset lines are low.
 #define TRIBO_RELAY_SET1   1u ///< n <  c1 L+
 #define TRIBO_RELAY_SET2   2u ///< n > -c1 L-
 #define TRIBO_RELAY_RESET1 4u ///< n rises and n[k-1] < -c2 L-
 #define TRIBO_RELAY_RESET2 8u ///< n falls and n[k-1] >  c2 L+
 
-/// Outputs.
+/// Outputs of the relays.
 #define TRIBO_RELAY_Q1 1u ///< armed for a fall: n was high
 #define TRIBO_RELAY_Q2 2u ///< armed for a rise: n was low
 #define TRIBO_RELAY_Q  4u ///< Eq. (8), in signals only: |n| rises with its relay armed
@@ -69,13 +69,14 @@ typedef struct
 
 typedef struct
 {
-    TRIBO_FRICTION_PARAMETERS(TRIBO_FLOAT_MEMBER) ///< k_min to gravity_n: a float each, see tribo/parameters.h
-    tribo_breakaway_f32_t              positive;  ///< L+; not read with a table
-    tribo_breakaway_f32_t              negative;  ///< L-; not read with a table
-    const tribo_breakaway_point_f32_t *table;     ///< null, or points that live as long as the params;
-                                                  ///< linear between them, clamped at both ends
+    TRIBO_FRICTION_PARAMETERS(
+        TRIBO_FLOAT_MEMBER)                      ///< a float each, k_min to gravity_n; tribo/parameters.h explains them
+    tribo_breakaway_f32_t              positive; ///< L+; ignored with a table
+    tribo_breakaway_f32_t              negative; ///< L-; ignored with a table
+    const tribo_breakaway_point_f32_t *table;    ///< null, or points that outlive the params;
+                                                 ///< linear between them, clamped at both ends
     uint32_t         table_length; ///< points in the table, 1 to TRIBO_BREAKAWAY_POINTS_MAX; 0 without one
-    tribo_refusal_t *refusal;      ///< written where a point of the table is refused; may be null
+    tribo_refusal_t *refusal;      ///< the init writes it if it refuses a point of the table; may be null
 } tribo_friction_f32_config_t;
 
 /// Signals of one step, for logging.
@@ -88,7 +89,7 @@ typedef struct
     uint8_t relays;    ///< TRIBO_RELAY_Q1, _Q2 and, for Eq. (8), _Q
 } tribo_friction_f32_signals_t;
 
-/// In one unit of displacement of your choice: degrees (the paper), radians, metres.
+/// The arm. Choose one unit of displacement: degrees (as the paper), radians or metres.
 typedef struct
 {
     float inertia;   ///< I, 1e-12 to 1e12 N s^2 per unit
@@ -106,7 +107,7 @@ typedef struct
 typedef struct
 {
     float                        force_n;  ///< F^ at the start of the tick
-    tribo_friction_f32_signals_t friction; ///< with f^
+    tribo_friction_f32_signals_t friction; ///< contains f^
 } tribo_compensator_f32_signals_t;
 
 /// Checks `config` field by field and computes `params` for a sample time of 1e-6 to 0.1 s.
@@ -116,57 +117,58 @@ tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params
                                        const tribo_friction_f32_config_t *config,
                                        float                              sample_time_s);
 
-/// At rest: n[-1] = 0, relays low, counters 0.
+/// Resets the friction to rest: n[-1] = 0, relays low, counters 0.
 void tribo_friction_f32_reset(tribo_friction_f32_state_t *state);
 
-/// Friction in N at manipulated input `u_n` and end-point force `force_n`, both in N. Cannot fail:
-/// with a bad input (NaN, or beyond TRIBO_F32_FORCE_MAX_N) n stays unchanged, a bad force counts as 0
-/// in L(F), and the step is counted. `signals` is written whole and must not be null.
+/// Returns the friction in N at the manipulated input `u_n` and the end-point force `force_n`, both in N. Cannot fail:
+/// with a bad input (NaN, or beyond TRIBO_F32_FORCE_MAX_N) n stays unchanged, a bad force counts as 0 in L(F), and the
+/// step is counted. Writes all of `signals`, which must not be null.
 float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
                               tribo_friction_f32_state_t        *state,
                               float                              u_n,
                               float                              force_n,
                               tribo_friction_f32_signals_t      *signals);
 
-/// At rest at F = 0, counter 0.
+/// Resets the arm to rest at F = 0 and its counter to 0.
 void tribo_arm_f32_reset(tribo_arm_f32_state_t *state);
 
-/// One sample of the arm, Eq. (2), with the drive `drive_n` = u - F + g - f, finite, held over it. Returns F at its end, within
-/// TRIBO_F32_FORCE_MAX_N. Cannot fail. `params` are those of tribo_compensator_f32_params_t.
+/// Runs one sample of the arm, Eq. (2), during which the force `drive_n` = u - F + g - f is constant and finite.
+/// Returns F at the end of the sample, within TRIBO_F32_FORCE_MAX_N. Cannot fail. `params` are part of
+/// tribo_compensator_f32_params_t.
 float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float drive_n);
 
-/// Checks `config` and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL, a status of tribo_friction_f32_init, or of the
-/// arm: TRIBO_ERR_STIFFNESS, TRIBO_ERR_DAMPING, TRIBO_ERR_INERTIA or TRIBO_ERR_ARM_TOO_FAST. Writes nothing unless TRIBO_OK.
+/// Checks `config` and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL, a status of tribo_friction_f32_init, or of
+/// the arm: TRIBO_ERR_STIFFNESS, TRIBO_ERR_DAMPING, TRIBO_ERR_INERTIA or TRIBO_ERR_ARM_TOO_FAST. Writes nothing unless
+/// TRIBO_OK.
 tribo_status_t tribo_compensator_f32_init(tribo_compensator_f32_params_t       *params,
                                           const tribo_compensator_f32_config_t *config,
                                           float                                 sample_time_s);
 
-/// Friction and the arm at rest, counters 0.
+/// Resets friction and arm to rest and the counters to 0.
 void tribo_compensator_f32_reset(tribo_compensator_f32_state_t *state);
 
-/// Estimated friction f^ in N for the applied manipulated input `u_n` in N, after the actuator limit.
-/// Cannot fail: with a bad `u_n` the net force stays unchanged and the step is counted. A corrupt F^ restarts
-/// from 0.
-/// `signals` is written whole and must not be null.
+/// Returns the estimated friction f^ in N for the applied manipulated input `u_n` in N, after the actuator's limit.
+/// Cannot fail: with a bad `u_n` the net force stays unchanged and the step is counted. A corrupt F^ restarts from 0.
+/// Writes all of `signals`, which must not be null.
 float tribo_compensator_f32_step(const tribo_compensator_f32_params_t *params,
                                  tribo_compensator_f32_state_t        *state,
                                  float                                 u_n,
                                  tribo_compensator_f32_signals_t      *signals);
 
-// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+// --- contents of the types above: reserve room for them; write only the members whose comment says so ---------------
 
 #define TRIBO_EDGE_WIDTH_MAX 63u ///< longest pulse, in samples
 
 typedef struct
 {
-    uint8_t line[TRIBO_EDGE_WIDTH_MAX + 1u]; ///< past inputs, a ring
-    uint8_t head;                            ///< place of the next input
+    uint8_t line[TRIBO_EDGE_WIDTH_MAX + 1u]; ///< ring of past inputs
+    uint8_t head;                            ///< index of the next input
 } tribo_edge_state_t;
 
-/// The sample-and-hold pair alone.
+/// The two sample-and-hold elements.
 typedef struct
 {
-    uint8_t held; ///< outputs, and from bit 4 the last trigger (set or reset of each), to detect its rise
+    uint8_t held; ///< outputs; from bit 4 on the last triggers (set or reset of each element), to detect their rise
 } tribo_relay_latch_t;
 
 typedef struct
@@ -181,11 +183,11 @@ typedef struct
     float at_0, per_power;
 } tribo_friction_f32_k_t;
 
-/// Constants of a step, made by tribo_friction_f32_init. Const from then on; may be shared.
+/// Constants of a step, computed by tribo_friction_f32_init. Constant from then on; several loops may share them.
 struct tribo_friction_f32_params
 {
     float                  rate_hz;                             ///< 1/h
-    float                  exponent_per_rise, exponent_at_rest; ///< of E = 2^(exponent_per_rise v h - exponent_at_rest)
+    float                  exponent_per_rise, exponent_at_rest; ///< E = 2^(exponent_per_rise v h - exponent_at_rest)
     tribo_friction_f32_k_t k[2];                                ///< for an exponent of 0 or more, and below 0
     tribo_breakaway_f32_t  law[2];                              ///< L+, L-
     const tribo_breakaway_point_f32_t *table;                   ///< null: the affine laws
@@ -205,7 +207,7 @@ struct tribo_friction_f32_state
 /// The arm of tribo_compensator_f32_params_t; src/friction/arm_f32.h has the equations.
 struct tribo_arm_f32_params
 {
-    float phi_d, phi_g;     ///< one sample's change of F
+    float phi_d, phi_g;     ///< the change of F in a sample
     float gamma_d, gamma_g; ///< the next G
 };
 
@@ -213,7 +215,7 @@ struct tribo_arm_f32_state
 {
     float    force_n;        ///< F = K theta
     float    force_change_n; ///< G = K theta' h
-    uint32_t clamped;        ///< F held at its limit since reset; stops at UINT32_MAX
+    uint32_t clamped;        ///< samples with F at its limit since reset; stops at UINT32_MAX
 };
 
 struct tribo_compensator_f32_params
@@ -228,7 +230,7 @@ struct tribo_compensator_f32_state
     tribo_arm_f32_state_t      arm;
 };
 
-/// One step of the relays from pulses, for a caller with its own delay lines. Cannot fail.
+/// Runs one step of the relays from pulses, for a caller with its own delay lines. Returns their outputs. Cannot fail.
 uint8_t tribo_relay_latch_step(tribo_relay_latch_t *latch, uint8_t pulses);
 
 #ifdef __cplusplus

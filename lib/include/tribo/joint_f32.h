@@ -110,7 +110,7 @@ void tribo_joint_f32_report(const tribo_joint_f32_t *joint, tribo_joint_report_t
 /// A sentence on a cause.
 const char *tribo_joint_cause_text(tribo_joint_cause_t cause);
 
-// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+// --- contents of the types above: reserve room for them; write only the members whose comment says so ---------------
 
 /// Constants of a tick.
 typedef struct

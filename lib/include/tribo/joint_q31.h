@@ -33,7 +33,7 @@ tribo_joint_force_t tribo_joint_q31_force(const tribo_joint_q31_t *joint);
 /// See the twin.
 void tribo_joint_q31_report(const tribo_joint_q31_t *joint, tribo_joint_report_t *report);
 
-// --- what they hold: give it room; write only what a comment says ------------------------------------------------------
+// --- contents of the types above: reserve room for them; write only the members whose comment says so ---------------
 
 /// See the twin. Motion is Q12 of a count, parts are Q32.
 typedef struct

@@ -1,4 +1,4 @@
-/// Every parameter of the library, one row each. Made from these rows:
+/// The list of the library's parameters, one row each. These rows define:
 ///
 ///     the library   defaults, range checks, tribo_status_t and its texts
 ///     tribo-sim     keys of scenarios with their defaults and ranges, `list --keys`, the tables of the docs
@@ -9,11 +9,11 @@
 ///     symbol      TRIBO_ERR_<symbol> refuses it
 ///     member      of the group's config, a float or a uint32_t
 ///     key         in a scenario, behind TRIBO_KEY_<group>
-///     low, high   inclusive; a NaN is outside. standard is the default: the paper's loop
-///     change      TUNES: a drive takes it while it runs; PROTECTS: at rest only, and once it is unlocked
-///     number      register in a set of params, 0: none. Pinned once released (tests/golden/registers.txt): a new row takes the next free one
-///     condition   what else set-up demands, "" if nothing: ranges that depend on other parameters, on the sample time
-///                 or, in Q31, on the full scale. It is checked beside the list and refused by the same status
+///     low, high   range, inclusive; a NaN is outside. standard is the default, which is the paper's
+///     change      TUNES: a drive accepts it while it runs; PROTECTS: only at rest, and once it is unlocked
+///     number      register in a set of params, 0: none. tests/golden/registers.txt pins it; a new row takes the next free number
+///     condition   further conditions, "" if there are none: ranges that depend on other parameters, on the sample time
+///                 or, in Q31, on the full scale. The init checks them next to the list, with the same status
 ///
 /// A new friction parameter is a row here, its use in both arithmetics and a test (CONTRIBUTING.md).
 
@@ -28,7 +28,7 @@ extern "C" {
 
 // clang-format off: one row a parameter
 
-/// Of tribo_force_loop_f32_config_t: three lists, as their keys stand in three groups of a scenario.
+/// Members of tribo_force_loop_f32_config_t. There are three lists because a scenario has them in three groups.
 #define TRIBO_SAMPLE_PARAMETERS(ROW) \
     ROW(SAMPLE, SAMPLE_TIME, sample_time_s, "sample_time_s", "s", 1e-6, 0.1, 1e-3, PROTECTS, 0x100, "", "of every tick of the control loop")
 
@@ -39,7 +39,7 @@ extern "C" {
     ROW(GAIN, GAIN, gain, "gain", "-", 0, 2, 0.85, TUNES, 0x108, "", "η of `paper`: how much of the estimated friction is fed back; 0 turns the compensation off") \
     ROW(GAIN, USUAL_FORCE, usual_force_n, "usual_force_N", "N", 0, 1e6, 0, TUNES, 0x12c, "", "|F| around which the rig usually works: breakaway there sets the widths of `feedforward`; 0: a quarter of the larger |limit| of u")
 
-/// Of tribo_controller_f32_config_t.
+/// Members of tribo_controller_f32_config_t.
 #define TRIBO_LIMIT_PARAMETERS(ROW) \
     ROW(LIMIT, U_MIN, u_min_n, "u_min_N", "N", -1e6, 0, -2.0, PROTECTS, 0x104, "q31: from -full_scale_n", "lower limit of u") \
     ROW(LIMIT, U_MAX, u_max_n, "u_max_N", "N", 0, 1e6, 2.0, PROTECTS, 0x106, "over u_min_n; q31: to full_scale_n", "upper limit of u, over u_min_N")
@@ -47,7 +47,7 @@ extern "C" {
 #define TRIBO_CASCADE_PARAMETERS(ROW) \
     ROW(CASCADE, SECTION_COUNT, section_count, "section_count", "-", 1, 4, 2, TUNES, 0x128, "", "second-order sections of the controller")
 
-/// Of tribo_friction_f32_config_t. The steps read set_level and reset_level as they are, in Q31 as Q32.
+/// Members of tribo_friction_f32_config_t.
 #define TRIBO_FRICTION_PARAMETERS(ROW) \
     ROW(FRICTION, K_MIN, k_min, "k_min", "-", 1.01, 1000, 6.0, TUNES, 0x10a, "at most k_max", "k of Eq. (5) at high net-force rates, where hysteresis is widest; at most `k_max`") \
     ROW(FRICTION, K_MAX, k_max, "k_max", "-", 1.01, 1000, 20.0, TUNES, 0x10c, "", "k of Eq. (5) at low net-force rates") \
@@ -58,7 +58,7 @@ extern "C" {
     ROW(FRICTION, PULSE_WIDTH, pulse_width_s, "pulse_width_s", "s", 1e-6, 6.3, 0.003, TUNES, 0x116, "1 to 63 sample times", "pulse of the edge detectors; in the compensator 1 to 63 samples") \
     ROW(FRICTION, GRAVITY, gravity_n, "gravity_N", "N", -1e6, 1e6, 0, PROTECTS, 0x118, "q31: within full_scale_n", "gravity on the arm, as end-point force")
 
-/// Likewise: L(F) by direction, not read where there is a table.
+/// L(F) in each direction, in tribo_friction_f32_config_t; ignored if there is a table.
 #define TRIBO_BREAKAWAY_PARAMETERS(ROW) \
     ROW(BREAKAWAY, BREAKAWAY_OFFSET, positive.offset_n, "offset_N", "N", 1e-6, 1e6, 0.007, TUNES, 0x11a, "q31: 1e-6 to under 1 full_scale_n", "L(F) = offset + slope |F|, in the positive direction") \
     ROW(BREAKAWAY, BREAKAWAY_SLOPE, positive.slope, "slope", "-", 0, 10, 0.3, TUNES, 0x11c, "", "slope of L(F) in the positive direction") \
@@ -68,13 +68,13 @@ extern "C" {
 #define TRIBO_TABLE_PARAMETERS(ROW) \
     ROW(TABLE, TABLE_LENGTH, table_length, "table_length", "-", 0, 32, 0, TUNES, 0x12a, "with a table at least 1, without one 0", "points of the breakaway table; 0: offset and slope")
 
-/// Of tribo_arm_f32_config_t.
+/// Members of tribo_arm_f32_config_t.
 #define TRIBO_ARM_PARAMETERS(ROW) \
     ROW(ARM, STIFFNESS, stiffness, "stiffness_N_per_deg", "N/deg", 1e-12, 1e12, 3.84, PROTECTS, 0x126, "", "K of Eq. (2)") \
     ROW(ARM, DAMPING, damping, "damping_N_s_per_deg", "N s/deg", 0, 1e12, 0.0288, PROTECTS, 0x124, "q31: enough for quantised poles inside the unit circle", "b of Eq. (2)") \
     ROW(ARM, INERTIA, inertia, "inertia_N_s2_per_deg", "N s²/deg", 1e-12, 1e12, 1.2e-4, PROTECTS, 0x122, "", "I of Eq. (2)")
 
-/// Of tribo_feedforward_f32_config_t; 0 where it says "derived" is what follows from the rig (docs/feedforward.md).
+/// Members of tribo_feedforward_f32_config_t. docs/feedforward.md explains how a derived value follows from the rig.
 #define TRIBO_FEEDFORWARD_PARAMETERS(ROW) \
     ROW(FEEDFORWARD, ACTUATOR_POLE, actuator_pole_rad_per_s, "actuator_pole_rad_per_s", "rad/s", 1e-3, 1e6, 200.0, TUNES, 0x200, "times sample time 1e-9 to 50; q31: with the arm's lag under 65536 sample times", "pole of the actuator") \
     ROW(FEEDFORWARD, SENSOR_POLE, sensor_pole_rad_per_s, "sensor_pole_rad_per_s", "rad/s", 1e-3, 1e6, 55.0, TUNES, 0x202, "times sample time 1e-9 to 50", "pole of the sensor") \
@@ -86,23 +86,23 @@ extern "C" {
     ROW(FEEDFORWARD, FORGETTING, forgetting_per_n, "forgetting_per_N", "1/N", 0, 1e6, 0, TUNES, 0x20e, "q31: under 32/full_scale_n", "part of the prior variance that returns per newton travelled; ten times the derived one for friction that drifts; 0: derived, 0.0157 divided by the breakaway") \
     ROW(FEEDFORWARD, STILL_TIME, still_time_s, "still_time_s", "s", 0, 1e3, 0.2, TUNES, 0x210, "", "r is at rest once it has not moved for that long; 0: never, without feedback of friction at rest")
 
-/// Of tribo_sensorless_f32_config_t.
+/// Members of tribo_sensorless_f32_config_t.
 #define TRIBO_SENSORLESS_PARAMETERS(ROW) \
     ROW(SENSORLESS, BELIEF, belief, "belief", "-", 0, 1, 0.9, TUNES, 0x212, "", "part of the configured breakaway that is fed forward without a sensor: low, because too much can be worse than none")
 
-/// Of tribo_guard_f32_config_t.
+/// Members of tribo_guard_f32_config_t.
 #define TRIBO_GUARD_PARAMETERS(ROW) \
     ROW(GUARD, GUARD_TURN, turn_n, "turn_N", "N", 1e-9, 1e6, 0.05, TUNES, 0x2e2, "q31: 1e-6 to under 1 full_scale_n", "the added friction turns when it comes back by that much: about a third of the breakaway") \
     ROW(GUARD, GUARD_QUICK_TIME, quick_time_s, "quick_time_s", "s", 1e-6, 1e3, 0.2, TUNES, 0x2e4, "up to 1e5 samples", "turns closer than that may be hunting; up to 100,000 samples") \
     ROW(GUARD, GUARD_STRAY, stray_n, "stray_N", "N", 1e-9, 1e6, 0.01, TUNES, 0x2e6, "q31: 1e-6 to under 1 full_scale_n", "excess of an overshoot over the lag: about a fifteenth of the breakaway, and over twice the peaks of noise") \
     ROW(GUARD, GUARD_FADE_TIME, fade_time_s, "fade_time_s", "s", 1e-6, 1e3, 0.5, TUNES, 0x2e8, "up to 1e6 samples", "time in which the added friction fades out; up to 1,000,000 samples")
 
-/// An argument of each Q31 set-up.
+/// An argument of every Q31 init.
 #define TRIBO_SCALE_PARAMETERS(ROW) \
     ROW(SCALE, FULL_SCALE, full_scale_n, "full_scale_N", "N", 1e-3, 1e6, 2.0, PROTECTS, 0, "", "what 2^31 stands for in Q31: every force of the loop fits into it, better twice; in f32 only what chatter is measured by")
 
-/// The numbers of an element of a list: ELEMENT(symbol, member, key, unit, low, high, sentence). Of tribo_biquad_f32_section_t
-/// and tribo_breakaway_point_f32_t.
+/// The numbers of an element of a list, tribo_biquad_f32_section_t or tribo_breakaway_point_f32_t:
+/// ELEMENT(symbol, member, key, unit, low, high, sentence).
 #define TRIBO_SECTION_ELEMENTS(ELEMENT) \
     ELEMENT(SECTION_COEFFICIENT, b0, "b0", "-", -1e6, 1e6, "numerator b0 d² + b1 d + b2 with d = z − 1; with a scenario's kind z alone b0 + b1 z⁻¹ + b2 z⁻²; b0 not 0") \
     ELEMENT(SECTION_COEFFICIENT, b1, "b1", "-", -1e6, 1e6, "numerator") \
@@ -115,7 +115,7 @@ extern "C" {
     ELEMENT(TABLE_POSITIVE, positive_n, "positive_N", "N", 1e-6, 1e6, "L in the positive direction there") \
     ELEMENT(TABLE_NEGATIVE, negative_n, "negative_N", "N", 1e-6, 1e6, "L in the negative direction there")
 
-/// What set-up refuses beside parameters: REFUSAL(symbol, key, text).
+/// Further refusals, which concern several parameters: REFUSAL(symbol, key, text).
 #define TRIBO_REFUSALS(REFUSAL) \
     REFUSAL(ARM_TOO_FAST, "compensator.arm", "arm: stiffness h^2/inertia 1e-9 to 1e4 and damping h/inertia at most 1e4; q31: coefficients below 4") \
     REFUSAL(SECTION_COEFFICIENT, "controller.sections", "controller section coefficient: b0, b1 and b2 -1e6 to 1e6, a1 and a2 -4 to 4") \
@@ -159,7 +159,7 @@ extern "C" {
     TRIBO_SENSORLESS_PARAMETERS(ROW)
 // clang-format on
 
-/// Of each group: what stands before its keys in a scenario, and before its members in a text.
+/// For each group, the prefix of its keys in a scenario and the prefix of its members in a text.
 #define TRIBO_KEY_SAMPLE        ""
 #define TRIBO_KEY_INPUT         "limits."
 #define TRIBO_KEY_LIMIT         "limits."
@@ -187,15 +187,15 @@ extern "C" {
 #define TRIBO_TITLE_GUARD       "guard "
 #define TRIBO_TITLE_SENSORLESS  "sensorless "
 
-/// The classes of `change`.
+/// The values of `change`.
 #define TRIBO_TUNES    0
 #define TRIBO_PROTECTS 1
 
-/// What set-up and a drive read of a row, so that a program can check and convert without the texts.
+/// The part of a row that a program needs to check and convert a value, without the texts.
 typedef struct
 {
     float    low, high, standard;
-    uint16_t at;       ///< byte of the member in its config
+    uint16_t at;       ///< offset of the member in its config
     uint16_t number;   ///< register, 0: none
     uint8_t  status;   ///< tribo_status_t
     uint8_t  is_whole; ///< 1: a uint32_t, else a float
@@ -209,7 +209,7 @@ typedef struct
 #define TRIBO_PARAMETER_ONE(...)    +1
 #define TRIBO_PARAMETER_COUNT(list) (0 list(TRIBO_PARAMETER_ONE))
 
-/// A table a config; friction's two stand apart, as breakaway's is not read where there is a breakaway table.
+/// One table for each config. Breakaway has its own, which is ignored if there is a breakaway table.
 extern const tribo_parameter_t tribo_loop_parameters[4]; ///< sample_time_s, input_max_n, gain, usual_force_n
 extern const tribo_parameter_t tribo_limit_parameters[TRIBO_PARAMETER_COUNT(TRIBO_LIMIT_PARAMETERS)];
 extern const tribo_parameter_t tribo_cascade_parameters[TRIBO_PARAMETER_COUNT(TRIBO_CASCADE_PARAMETERS)];

@@ -1,12 +1,12 @@
 /// Fixed point of the _q31 modules.
 ///
-/// A force is a fraction of a full scale, 2^31, which the caller fixes in newtons. A larger result is saturated and counted.
-/// A reference or a reading at an end of the scale, +-(2^31 - 1) or INT32_MIN, is a bad input, whatever input_max is: a
-/// converter that saturates puts there what lies beyond. Give INT32_MIN where there is no number.
-/// Values whose magnitude is needed are kept symmetric, -(2^31 - 1) to 2^31 - 1, so that it fits; others may be INT32_MIN.
-/// For mirror symmetry magnitudes are multiplied and the sign is put back. Products are 64 bits wide, divisions 32. Right
-/// shifts of negative numbers must be arithmetic and casts to a narrower type must keep the low bits; other compilers are
-/// refused.
+/// A force is a fraction of a full scale, 2^31, which the caller fixes in newtons. The modules saturate a larger result
+/// and count it. A reference or a reading at a limit of the scale, +-(2^31 - 1) or INT32_MIN, is a bad input for any
+/// input_max, because a saturated converter delivers these values. Pass INT32_MIN for a reading that is not a number.
+/// Values whose magnitude is needed stay within -(2^31 - 1) to 2^31 - 1; other values may be INT32_MIN. Products are
+/// computed from magnitudes and the sign is put back, so that mirrored inputs give mirrored results. Products are 64
+/// bits wide, divisions 32. Right shifts of negative numbers must be arithmetic, and casts to a narrower type must keep
+/// the low bits; with other compilers this header does not compile.
 
 #ifndef TRIBO_Q31_H
 #define TRIBO_Q31_H
@@ -20,8 +20,8 @@ extern "C" {
 
 #define TRIBO_Q31_MAX INT32_MAX
 
-/// Constant of `value` in units of `full_scale`, e.g. TRIBO_Q31(0.5, 2.0) for 0.5 N at a full scale of 2 N. For
-/// constants with |value| < full_scale: others do not fit.
+/// A constant: `value` as a fraction of `full_scale`, for example TRIBO_Q31(0.5, 2.0) for 0.5 N at a full scale of 2 N.
+/// |value| must be less than full_scale.
 #define TRIBO_Q31(value, full_scale) ((int32_t)((double)(value) / (double)(full_scale) * 2147483647.0))
 
 typedef char tribo_q31_needs_arithmetic_shifts[((-3) >> 1) == -2 ? 1 : -1];
@@ -50,7 +50,8 @@ static inline int32_t tribo_q31_beyond(int32_t x, uint32_t *saturated)
     return tribo_q31_extreme(x);
 }
 
-/// x within the symmetric range, -(2^31 - 1) to 2^31 - 1; a saturation is counted. The | 1 turns INT32_MIN into -(2^31 - 1).
+/// x within the symmetric range, -(2^31 - 1) to 2^31 - 1; a saturation is counted. The | 1 turns INT32_MIN into -(2^31
+/// - 1).
 static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
 {
     const int32_t result = (int32_t)x;
@@ -61,8 +62,8 @@ static inline int32_t tribo_q31_saturate(int64_t x, uint32_t *saturated)
     return result;
 }
 
-// a + b and a - b in 32 bits, wrapped, and whether they overflow. Where the processor has a flag for that the compiler's
-// builtin takes two instructions; elsewhere ISO C is as short: an overflowed sum has the sign of neither.
+// a + b and a - b in 32 bits, wrapped, and whether they overflow. Where the processor has a flag for that the
+// compiler's builtin takes two instructions; elsewhere ISO C is as short: an overflowed sum has the sign of neither.
 
 #if defined(__GNUC__) && !defined(__ARM_ARCH_6M__) && !defined(__riscv) && !defined(TRIBO_PORTABLE_BUILTINS)
 
@@ -107,7 +108,7 @@ static inline int32_t tribo_q31_add(int32_t a, int32_t b, uint32_t *saturated)
     return sum;
 }
 
-/// a - b likewise.
+/// a - b within 32 bits, saturated and counted: for values whose magnitude is not needed.
 static inline int32_t tribo_q31_subtract(int32_t a, int32_t b, uint32_t *saturated)
 {
     int32_t difference;
@@ -118,8 +119,8 @@ static inline int32_t tribo_q31_subtract(int32_t a, int32_t b, uint32_t *saturat
     return difference;
 }
 
-/// x / 2^shift, rounded down, within 32 bits, saturated and counted. `shift` 1 to 31. A result fits if the high word is from
-/// -2^(shift - 1) to 2^(shift - 1) - 1: one comparison.
+/// x / 2^shift, rounded down, within 32 bits, saturated and counted. `shift` 1 to 31. A result fits if the high word is
+/// from -2^(shift - 1) to 2^(shift - 1) - 1: one comparison.
 static inline int32_t tribo_q31_narrow(int64_t x, uint32_t shift, uint32_t *saturated)
 {
     const int32_t  high = (int32_t)(x >> 32);
@@ -174,7 +175,7 @@ static inline int64_t tribo_q31_multiply(int32_t a, int32_t b)
     return (int64_t)a * b;
 }
 
-#else // made of four products of 16 bits, in half the time of the compiler's helper
+#else // four products of 16 bits take half the time of the compiler's helper
 
 #ifdef __ARM_ARCH_6M__ // calls: measured to be shorter and to take less stack than inline products
 #define TRIBO_Q31_PRODUCT __attribute__((noinline, unused)) static
@@ -191,7 +192,7 @@ TRIBO_Q31_PRODUCT uint64_t tribo_q31_product(uint32_t a, uint32_t b)
     return (uint64_t)high << 32 | (second << 16 | (low & 0xffffu));
 }
 
-/// The same with signed upper halves: `first` and `second` are within -2^31 to 2^31 - 1.
+/// a b, signed, with signed upper halves; `first` and `second` are within -2^31 to 2^31 - 1.
 TRIBO_Q31_PRODUCT int64_t tribo_q31_multiply(int32_t a, int32_t b)
 {
     const int32_t  a_low  = a & 0xffff;
@@ -222,7 +223,8 @@ static inline int64_t tribo_q31_shift(int64_t x, uint32_t shift)
     return (int64_t)((uint64_t)(uint32_t)(high >> shift) << 32 | (moved | (uint32_t)x >> shift));
 }
 
-/// Added to x, makes x / 2^shift, rounded down, round towards zero: 2^shift - 1 for a negative x, else 0. `shift` 0 to 31.
+/// Added to x, makes x / 2^shift, rounded down, round towards zero: 2^shift - 1 for a negative x, else 0. `shift` 0 to
+/// 31.
 static inline int64_t tribo_q31_up(int64_t x, uint32_t shift)
 {
     const uint32_t ones = (uint32_t)((int32_t)(x >> 32) >> 31); // cppcheck-suppress shiftTooManyBitsSigned

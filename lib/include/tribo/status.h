@@ -1,7 +1,7 @@
-/// Result of a set-up function: TRIBO_OK or the fault.
+/// The result of a set-up function: TRIBO_OK or the fault.
 ///
-/// Set-up functions check every field, return the first status that applies and write nothing unless it is TRIBO_OK. NaN is
-/// outside every range. Steps return values, never a status.
+/// A set-up function checks every field, returns the first status that applies, and writes nothing unless the status is
+/// TRIBO_OK. A NaN is outside every range. A step returns a value, never a status.
 
 #ifndef TRIBO_STATUS_H
 #define TRIBO_STATUS_H
@@ -18,8 +18,8 @@
 extern "C" {
 #endif
 
-/// TRIBO_ERR_<symbol> of each row of tribo/parameters.h: the parameter of that name is out of its range, or its condition does not
-/// hold. After them the refusals that concern several parameters (TRIBO_REFUSALS).
+/// TRIBO_ERR_<symbol> of a row of tribo/parameters.h says that this parameter is out of its range, or that its
+/// condition does not hold. The refusals that concern several parameters (TRIBO_REFUSALS) follow.
 typedef enum
 {
     TRIBO_OK = 0,
@@ -31,21 +31,22 @@ typedef enum
 #define TRIBO_STATUS_REFUSAL(symbol, key, text) TRIBO_ERR_##symbol,
         TRIBO_REFUSALS(TRIBO_STATUS_REFUSAL)
 #undef TRIBO_STATUS_REFUSAL
-            TRIBO_STATUS_COUNT ///< of statuses
+            TRIBO_STATUS_COUNT ///< number of statuses
 } tribo_status_t;
 
 /// Largest force in N for f32 modules; a larger one, an infinity or a NaN is a bad input.
 #define TRIBO_F32_FORCE_MAX_N 1.0e6f
 
-/// A status's field and allowed range, as one line of English, e.g.
-/// "sample_time_s: 1e-6 to 0.1 s". Never null; points to constant storage.
+/// Returns the field and the allowed range of a status as one line of English, for example "sample_time_s: 1e-6 to 0.1
+/// s". Never null; points to constant storage.
 const char *tribo_status_text(tribo_status_t status);
 
-/// The number that is refused in a list of a config, with its range in tribo/parameters.h; the status's text says what may narrow it.
+/// The number that an init refuses in a list of a config, with its range in tribo/parameters.h. The text of the status
+/// says what narrows that range.
 typedef struct
 {
-    uint32_t index;            ///< of the section, or of the row of the breakaway table, from 0
-    uint32_t member;           ///< the number in it: 0 to 4 for b0 to a2, 0 to 2 for force_n to negative_n
+    uint32_t index;            ///< section, or row of the breakaway table, from 0
+    uint32_t member;           ///< number in it: 0 to 4 for b0 to a2, 0 to 2 for force_n to negative_n
     float    value, low, high; ///< inclusive
 } tribo_refusal_t;
 
