@@ -10,26 +10,26 @@
 const tribo_parameter_t tribo_feedforward_parameters[] = {TRIBO_FEEDFORWARD_PARAMETERS(ROW)};
 #undef ROW
 
-#define REVERSAL   (1.0f / 314.0f) // w of B
-#define PRESLIDING (1.0f / 11.0f)  // d of B
-#define STOP_RATIO 0.375f          // d_1 of d
-#define JUMP_LAG   1.5f            // of T_j, that z lags behind the stops
-#define FORGETTING 0.0157f         // Q of 1/B
-#define SLOW_S     0.3f            // means of noise and error; chatter is quicker
-#define SLOW_TICKS 100.0f          // of noise, at least
-#define FAST       0.8f            // T_y of tau
-#define FAST_TICKS 5.0f            // at least
-#define STEP       4000.0f         // w a second, from which on r steps
-#define LEAK       1000.0f         // tau in which b fades
-#define SAMPLE     10.0f           // ticks
-#define OFFSET_MAX 4.0f            // |b| of input_max
+#define REVERSAL   (1.0f / 314.0f) // default w, in B
+#define PRESLIDING (1.0f / 11.0f)  // default d, in B
+#define STOP_RATIO 0.375f          // d_1 in d
+#define JUMP_LAG   1.5f            // time by which z lags behind the stops, in T_j
+#define FORGETTING 0.0157f         // default Q, in 1/B
+#define SLOW_S     0.3f            // time constant of the means of noise and error; faster changes of side are chatter
+#define SLOW_TICKS 100.0f          // least time constant of the mean of noise
+#define FAST       0.8f            // T_y in tau: the time constant of rate, v and y
+#define FAST_TICKS 5.0f            // least T_y
+#define STEP       4000.0f         // a rate of r from which on it counts as a step, in B/314 per second
+#define LEAK       1000.0f         // time constant in which b fades, in tau
+#define SAMPLE     10.0f           // ticks between two samples of the learner
+#define OFFSET_MAX 4.0f            // limit of |b|, in input_max
 
 static float or_derived(float given, float derived)
 {
     return given > 0.0f ? given : derived;
 }
 
-/// Ticks of a time, at least 1.
+/// A time in ticks, at least 1.
 static uint32_t ticks(float time_s, float sample_time_s)
 {
     const uint32_t nearest = (uint32_t)(time_s / sample_time_s + 0.5f);
@@ -56,11 +56,11 @@ static tribo_status_t check(const tribo_feedforward_f32_config_t *config,
     {
         return TRIBO_ERR_SAMPLE_TIME;
     }
-    if (!(config->actuator_pole_rad_per_s * h <= 50.0f)) // from 1e-9, by the ranges of both
+    if (!(config->actuator_pole_rad_per_s * h <= 50.0f)) // the ranges of both hold it above 1e-9
     {
         return TRIBO_ERR_ACTUATOR_POLE;
     }
-    if (!(config->sensor_pole_rad_per_s * h <= 50.0f)) // from 1e-9, by the ranges of both
+    if (!(config->sensor_pole_rad_per_s * h <= 50.0f)) // the ranges of both hold it above 1e-9
     {
         return TRIBO_ERR_SENSOR_POLE;
     }
@@ -79,7 +79,7 @@ static tribo_status_t check(const tribo_feedforward_f32_config_t *config,
     return within(input_max_n, FLT_MIN, TRIBO_F32_FORCE_MAX_N) ? TRIBO_OK : TRIBO_ERR_INPUT_MAX;
 }
 
-/// What follows the reference, for lag tau.
+/// Sets the constants of the tick, with tau = `lag`.
 static void set_reference(tribo_feedforward_f32_params_t       *made,
                           const tribo_feedforward_f32_config_t *config,
                           float                                 B,
@@ -108,7 +108,8 @@ static void set_reference(tribo_feedforward_f32_params_t       *made,
     made->learning.jump_lag   = JUMP_LAG * jump_s / (SAMPLE * h);
 }
 
-/// What learns. S are the prior's deviations.
+/// Sets the stops and the constants of the learner. The deviations S say how wrong a configured breakaway and load
+/// usually are.
 static void set_learning(tribo_feedforward_f32_params_t *made, const tribo_feedforward_f32_config_t *config, float B)
 {
     tribo_feedforward_learning_t *const learning = &made->learning;

@@ -8,9 +8,9 @@
 
 #include "reference.h"
 
-#define STEP_MAX 0.0078125f // of FS: what finer() takes
+#define STEP_MAX 0.0078125f // in FS, the range of finer()
 
-/// Ranges that are narrower than in f32.
+/// Checks the ranges that are narrower in Q31 than in float.
 static tribo_status_t check(const tribo_feedforward_f32_params_t *f32, float full_scale_n)
 {
     if (!full_scale_ok(full_scale_n))
@@ -36,7 +36,7 @@ static tribo_status_t check(const tribo_feedforward_f32_params_t *f32, float ful
     return f32->damping_gain < 32768.0f ? TRIBO_OK : TRIBO_ERR_DAMPING;
 }
 
-/// A force in units, at least 1 and at most FS.
+/// A force in Q29 of FS, limited to 1 unit and FS.
 static int32_t force(float force_n, float full_scale_n)
 {
     const int32_t x = units(force_n < full_scale_n ? force_n : full_scale_n, full_scale_n);
@@ -54,7 +54,7 @@ static uint32_t part(float x)
     return fixed_unsigned(x, 32);
 }
 
-/// Checked params of the twin in fixed point.
+/// Converts checked params of tribo_feedforward_f32_init to fixed point.
 static void convert(tribo_feedforward_q31_params_t *made, const tribo_feedforward_f32_params_t *f32, float FS)
 {
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
@@ -64,7 +64,8 @@ static void convert(tribo_feedforward_q31_params_t *made, const tribo_feedforwar
     made->input_max  = fixed_input_max(f32->input_max, FS);
     made->offset_max = force(f32->offset_max, FS);
     made->reversal   = force(f32->reversal, FS);
-    made->jump = f32->jump < 2.0f ? fixed(f32->jump, 29) + 1 : INT32_C(1) << 30; // rounded up: the ramp ends in time
+    made->jump =
+        f32->jump < 2.0f ? fixed(f32->jump, 29) + 1 : INT32_C(1) << 30; // rounded up, so that the ramp ends in time
     made->lead_gain     = gain(f32->lead_gain);
     made->lag_gain      = gain(f32->lag_gain / 64.0f); // the rate is 64 times finer
     made->damping_gain  = gain(f32->damping_gain);
@@ -124,7 +125,9 @@ tribo_status_t tribo_feedforward_q31_make(const tribo_loop_part_t             *p
     tribo_feedforward_q31_params_t *const params = (tribo_feedforward_q31_params_t *)part->params;
     tribo_friction_f32_params_t           friction;
 
-    (void)tribo_friction_f32_init(&friction, &loop->compensator.friction, loop->sample_time_s); // as for the loop
+    (void)tribo_friction_f32_init(&friction,
+                                  &loop->compensator.friction,
+                                  loop->sample_time_s); // cannot fail: the loop's init has accepted it
     const tribo_status_t status = tribo_feedforward_q31_init(params,
                                                              (const tribo_feedforward_f32_config_t *)part->config,
                                                              &loop->compensator.arm,

@@ -1,7 +1,8 @@
-// The memory and its learner, not for the tick: one text for both arithmetics, after words_f32.h or words_q31.h and reference.h.
+// The public functions of the feed-forward that learn, and read or reset what is learned. None of them runs in the
+// tick. This text serves both arithmetics and is included after words_f32.h or words_q31.h, and after reference.h.
 
-// Member by member, as accesses to volatile objects keep their order.
-static void read_sample(const params_t *p, const volatile FEED(sample_t) * from, learner_sample_t *sample)
+/// Reads a sample in N, member by member, because accesses to volatile objects keep their order.
+static void read_sample(const params_t *p, const volatile FEEDFORWARD(sample_t) * from, learner_sample_t *sample)
 {
     const tribo_feedforward_learning_t *const in = &p->learning;
 
@@ -18,9 +19,9 @@ static void read_sample(const params_t *p, const volatile FEED(sample_t) * from,
     sample->starts      = from->starts != 0u;
 }
 
-bool FEED(learn)(const loop_params_t *loop, memory_t *memory)
+bool FEEDFORWARD(learn)(const loop_params_t *loop, memory_t *memory)
 {
-    const params_t *const p = FEED(of)(loop);
+    const params_t *const p = FEEDFORWARD(of)(loop);
     state_t *const        x = &memory->state;
     if (p == NULL || x->exchange.owner != TRIBO_FEEDFORWARD_OWNER_LEARNER)
     {
@@ -42,16 +43,16 @@ bool FEED(learn)(const loop_params_t *loop, memory_t *memory)
     return true;
 }
 
-void FEED(reset)(state_t *state)
+void FEEDFORWARD(reset)(state_t *state)
 {
     *state = (state_t){.mode = TRIBO_FEEDFORWARD_RESTART};
     tribo_learner_forget(&state->learner);
 }
 
-tribo_feedforward_learned_t FEED(learned)(const loop_params_t *params,
-                                          const state_t       *state,
-                                          uint32_t             direction,
-                                          force_t              force)
+tribo_feedforward_learned_t FEEDFORWARD(learned)(const loop_params_t *params,
+                                                 const state_t       *state,
+                                                 uint32_t             direction,
+                                                 force_t              force)
 {
     if (params->method == NULL)
     {
@@ -71,7 +72,7 @@ tribo_feedforward_learned_t FEED(learned)(const loop_params_t *params,
     return tribo_learner_readout(learning, &state->learner, &place);
 }
 
-void FEED(restore)(state_t *state)
+void FEEDFORWARD(restore)(state_t *state)
 {
     weights_t *const w = &state->weights;
     if (w->seal == seal_of(w))

@@ -5,40 +5,40 @@
 #define WEIGHTS TRIBO_FEEDFORWARD_WEIGHTS
 #define LEARNED TRIBO_FEEDFORWARD_LEARNED
 
-// The reason of each stands in docs/feedforward.md. B is the usual breakaway, w = B/314.
-#define WIDTH         (1.0f / 314.0f) // w of B
-#define TRAVEL_MAX    2.0f            // delta of w
-#define MEASURED      4.0f            // rho of w
-#define DOUBT         40.0f           // travel that ends doubt, of w
-#define JUMP_MAX      8.0f            // of a change of z, over L
-#define SURPRISE      4.0f            // squared deviations
-#define UNEXPLAINED   0.01f           // square of what no weight explains, over L
-#define WEIGHT_MAX    8.0f            // deviations of a
-#define SLIDING_MIN   0.02f
-#define SLIDING_LOW   0.2f // at its bound: the configured breakaway is far off
+// B is the breakaway at the usual force, w = B/314. docs/feedforward.md has the measurements behind these values.
+#define WIDTH         (1.0f / 314.0f) // w as a part of B
+#define TRAVEL_MAX    2.0f            // largest delta in w: no sample outweighs the others
+#define MEASURED      4.0f            // rho in w: variance of a measurement, per travel
+#define DOUBT         40.0f           // travel in w within which the doubt about the prior ends
+#define JUMP_MAX      8.0f            // largest change of friction within the lag of z, in L
+#define SURPRISE      4.0f            // (2 standard deviations)^2: a larger error is a push
+#define UNEXPLAINED   0.01f           // (0.1 L)^2 of friction that no weight explains
+#define WEIGHT_MAX    8.0f            // limit of a, in prior deviations
+#define SLIDING_MIN   0.02f           // limits of V_0
+#define SLIDING_LOW   0.2f            // at_bound from here down: the configured breakaway is far off
 #define SLIDING_MAX   3.0f
-#define LOAD_MAX      2.0f  // of the load's regressors
-#define PRESLIDING    0.15f // A_0, of V_0^2
-#define LACK          1.15f
-#define CHATTER       0.9f
-#define HARM          0.6f // xi
-#define ON_TRIAL      0.51f
-#define RATIO_PART    0.125f
-#define RATIO_MAX     4.0f
-#define EFFORT_WIDTH  0.01f // of B
-#define NEED_MIN      0.1f  // of B
-#define FEEDBACK_MIN  4u
+#define LOAD_MAX      2.0f   // limit of the load's regressors
+#define PRESLIDING    0.15f  // least V_1^2 + V_2^2 of a true presliding, in V_0^2
+#define LACK          1.15f  // part of a deficit that friction loses at a first reversal
+#define CHATTER       0.9f   // factor on V_0 for each chatter of a hold
+#define HARM          0.6f   // xi beyond which friction fed forward does harm
+#define ON_TRIAL      0.51f  // xi after feedback: one reversal with a ratio above 1.23 exceeds HARM
+#define RATIO_PART    0.125f // of the low pass of xi, per reversal
+#define RATIO_MAX     4.0f   // limit of xi
+#define EFFORT_WIDTH  0.01f  // half width of the play on v, in B
+#define NEED_MIN      0.1f   // added to the change of need, in B, so that a small one is not divided by
+#define FEEDBACK_MIN  4u     // reversals with friction fed back after harm
 #define FEEDBACK_MAX  128u
-#define FEEDBACK_MORE 8u
-#define CREDIBLE_N    1.0e9f
+#define FEEDBACK_MORE 8u     // growth of that number if the harm returns
+#define CREDIBLE_N    1.0e9f // a sum beyond it comes from a corrupt tick
 
-/// Where P_ij stands, for j <= i.
-static uint32_t at(uint32_t i, uint32_t j)
+/// Index of P_ij, of which the lower triangle is stored by rows.
+static uint32_t packed_index(uint32_t i, uint32_t j)
 {
     return i >= j ? i * (i + 1u) / 2u + j : j * (j + 1u) / 2u + i;
 }
 
-/// The bits of what is learned. ~, so that no zeroed memory is sound.
+/// Checksum of what is learned. The complement makes zeroed memory fail the check.
 static uint32_t seal_of(const tribo_feedforward_learner_t *x)
 {
     uint32_t bits = bits_f32(x->doubt) ^ bits_f32(x->travel_n);
@@ -60,7 +60,7 @@ void tribo_learner_forget(tribo_feedforward_learner_t *x)
         x->a[i] = 0.0f;
         for (uint32_t j = 0; j <= i; j++)
         {
-            x->P[at(i, j)] = i == j ? 1.0f : 0.0f;
+            x->P[packed_index(i, j)] = i == j ? 1.0f : 0.0f;
         }
     }
     x->doubt    = 1.0f;
@@ -68,6 +68,7 @@ void tribo_learner_forget(tribo_feedforward_learner_t *x)
     x->seal     = seal_of(x);
 }
 
+/// Forgets everything learned if its checksum does not fit.
 static void check(tribo_feedforward_learner_t *x)
 {
     if (x->seal != seal_of(x))
@@ -92,7 +93,8 @@ float tribo_learner_load(const tribo_feedforward_learning_t *p, const tribo_feed
     return p->deviation[WEIGHTS] * x->a[WEIGHTS] + p->deviation[WEIGHTS + 1u] * x->a[WEIGHTS + 1u] * force_n;
 }
 
-static void start(tribo_feedforward_learner_t *x, const learner_sample_t *sample)
+/// Starts a run: the arm is at rest, and nothing is known of its friction state.
+static void start_run(tribo_feedforward_learner_t *x, const learner_sample_t *sample)
 {
     for (uint32_t j = 0; j < WEIGHTS; j++)
     {
@@ -106,9 +108,15 @@ static void start(tribo_feedforward_learner_t *x, const learner_sample_t *sample
     x->begun       = 0;
 }
 
-/// What a reversal makes of V_0 and load. Slides in one direction cannot tell less friction from a load: as far as no other has slid, all
-/// that is lacking is taken for friction.
-static void turned(const tribo_feedforward_learning_t *p, const tribo_feedforward_learner_t *x, float *V, float *kept)
+/// V_0 after a reversal, and the part of the learned load that is kept. Slides in one direction cannot tell friction
+/// below the configured value from a load that helps the motion. Until the arm has slid both ways, the whole deficit is
+/// attributed to friction, because an overestimated friction would overshoot the reversal. `one` is 1 after slides in
+/// one direction only, when the variance P_00 of V_0 is still near that of the prior, and falls to 0 as slides in both
+/// directions reduce it.
+static void weights_after_turn(const tribo_feedforward_learning_t *p,
+                               const tribo_feedforward_learner_t  *x,
+                               float                              *V,
+                               float                              *kept)
 {
     const float one  = limit_f32(4.0f * x->P[0] - 0.6f, 0.0f, 1.0f);
     const float lack = -x->stop[0] * one * x->surplus;
@@ -122,11 +130,12 @@ static void turned(const tribo_feedforward_learning_t *p, const tribo_feedforwar
     }
 }
 
-static void turn(const tribo_feedforward_learning_t *p, tribo_feedforward_learner_t *x)
+/// Applies a reversal to what is learned.
+static void apply_turn(const tribo_feedforward_learning_t *p, tribo_feedforward_learner_t *x)
 {
     float V;
     float kept;
-    turned(p, x, &V, &kept);
+    weights_after_turn(p, x, &V, &kept);
     set_sliding(p, x, V);
     x->a[WEIGHTS] *= kept;
     x->a[WEIGHTS + 1u] *= kept;
@@ -138,7 +147,7 @@ static bool is_at_bound(float V)
     return !(V > SLIDING_LOW && V < SLIDING_MAX);
 }
 
-/// Counts the consecutive reversals that find V_0 at a bound; 4 stay.
+/// Counts the consecutive reversals with V_0 at a bound. At 4 the count latches.
 static void note_bound(const tribo_feedforward_learning_t *p, tribo_feedforward_learner_t *x)
 {
     if (x->at_bound < TRIBO_FEEDFORWARD_BOUND_TURNS)
@@ -147,8 +156,10 @@ static void note_bound(const tribo_feedforward_learning_t *p, tribo_feedforward_
     }
 }
 
-/// The travel of v since the last reversal, over the change of what overcomes friction. Where v travels as far as friction changes, it works
-/// against what is fed forward.
+/// The monitor. xi is the travel of v since the last reversal divided by the change of `need`, the force that overcame
+/// friction at either reversal. If v travels as far as friction changes, the controller works against the friction fed
+/// forward. Then friction is fed back for a number of reversals, which grows if fewer were fed forward since the last
+/// time.
 static void weigh_effort(const tribo_feedforward_learning_t *p,
                          tribo_feedforward_learner_t        *x,
                          const learner_sample_t             *sample)
@@ -158,15 +169,18 @@ static void weigh_effort(const tribo_feedforward_learning_t *p,
     x->length = (uint8_t)(x->length > 0u ? x->length - 1u : 0u);
     if (x->ratio > HARM)
     {
-        const uint32_t next = FEEDBACK_MORE * x->length; // longer the less it was fed forward since the last
+        const uint32_t next = FEEDBACK_MORE * x->length;
         x->length           = (uint8_t)(next < FEEDBACK_MIN ? FEEDBACK_MIN : next > FEEDBACK_MAX ? FEEDBACK_MAX : next);
         x->left             = x->length;
         x->harms            = 1;
     }
 }
 
-/// At a reversal.
-static void judge(const tribo_feedforward_learning_t *p, tribo_feedforward_learner_t *x, const learner_sample_t *sample)
+/// Judges a reversal. The first one after a start, and those with friction fed back, say nothing about friction fed
+/// forward.
+static void judge_reversal(const tribo_feedforward_learning_t *p,
+                           tribo_feedforward_learner_t        *x,
+                           const learner_sample_t             *sample)
 {
     if (x->begun != 0u)
     {
@@ -187,7 +201,7 @@ static void judge(const tribo_feedforward_learning_t *p, tribo_feedforward_learn
     x->effort_n = 0.0f;
 }
 
-/// The travel of v, apart from the noise of y.
+/// Sums the travel of v behind a play that is wider than the noise of y.
 static void follow_effort(const tribo_feedforward_learning_t *p,
                           tribo_feedforward_learner_t        *x,
                           const learner_sample_t             *sample)
@@ -201,7 +215,7 @@ static void follow_effort(const tribo_feedforward_learning_t *p,
     }
 }
 
-/// One step of the filter, for `travel` of the sample.
+/// One step of the Kalman filter. `travel` weighs the sample; `change` is the change of z since the last one.
 static void regress(const tribo_feedforward_learning_t *p,
                     tribo_feedforward_learner_t        *x,
                     const learner_sample_t             *sample,
@@ -227,14 +241,15 @@ static void regress(const tribo_feedforward_learning_t *p,
         q[i] = 0.0f;
         for (uint32_t j = 0; j < LEARNED; j++)
         {
-            q[i] += x->P[at(i, j)] * k[j];
+            q[i] += x->P[packed_index(i, j)] * k[j];
         }
         s2 += q[i] * k[i];
         error -= k[i] * x->a[i];
     }
     x->surplus = bound_f32(tribo_learner_load(p, x, sample->force_n) * per_L, WEIGHT_MAX);
 
-    // While friction changes, z lags behind the stops. A surprise beyond two deviations is a push, not friction.
+    // While friction changes, z lags behind the stops, so the sample is less certain. An error beyond two standard
+    // deviations is a push, not friction: it has no more weight than one at two deviations.
     const float jump   = bound_f32(change * p->jump_lag * per_L, JUMP_MAX);
     const float most   = SURPRISE * (s2 + UNEXPLAINED);
     const float square = error * error;
@@ -246,15 +261,15 @@ static void regress(const tribo_feedforward_learning_t *p,
         x->a[i] = bound_f32(x->a[i] + gain * error * q[i], WEIGHT_MAX);
         for (uint32_t j = 0; j <= i; j++)
         {
-            const float left = x->P[at(i, j)] - gain * q[i] * q[j];
-            x->P[at(i, j)]   = bound_f32(first_order_f32_step(left, i == j ? 1.0f : 0.0f, back), 1.0f);
+            const float left         = x->P[packed_index(i, j)] - gain * q[i] * q[j];
+            x->P[packed_index(i, j)] = bound_f32(first_order_f32_step(left, i == j ? 1.0f : 0.0f, back), 1.0f);
         }
     }
     x->doubt *= 1.0f - limit_f32(travel / (DOUBT * w), 0.0f, 1.0f);
     x->travel_n += travel;
 }
 
-/// The measured force moves stops of its own. What is not learned from has no travel.
+/// Step 9: the measured force moves stops of its own, whether the sample is learned from or not.
 static void learn(const tribo_feedforward_learning_t *p, tribo_feedforward_learner_t *x, const learner_sample_t *sample)
 {
     const float moved  = sample->travelled_n - x->travelled_n;
@@ -272,11 +287,12 @@ static void learn(const tribo_feedforward_learning_t *p, tribo_feedforward_learn
     }
 }
 
-/// What the tick shall use. Less friction would look like less presliding, hence the gate on the weights of the stops.
-static void tell(const tribo_feedforward_learning_t *p,
-                 const tribo_feedforward_learner_t  *x,
-                 float                               noise,
-                 tribo_feedforward_f32_weights_t    *result)
+/// Writes the weights for the tick. Friction below the configured value looks like a change of presliding, and so does
+/// noise. The gate R therefore uses V_1 and V_2 only as far as they are larger than such an error.
+static void write_result(const tribo_feedforward_learning_t *p,
+                         const tribo_feedforward_learner_t  *x,
+                         float                               noise,
+                         tribo_feedforward_f32_weights_t    *result)
 {
     const float V   = tribo_learner_sliding(p, x);
     const float V_1 = p->deviation[1] * x->a[1];
@@ -295,7 +311,7 @@ static void tell(const tribo_feedforward_learning_t *p,
     result->scale    = p->deviation[WEIGHTS + 1u] * x->a[WEIGHTS + 1u];
     result->trust    = 1.0f - (1.0f - p->trust) * x->doubt;
     result->fed_back = x->harms != 0u && x->left > 0u ? 1u : 0u;
-    turned(p, x, &result->turned, &result->kept);
+    weights_after_turn(p, x, &result->turned, &result->kept);
 }
 
 void tribo_learner_step(const tribo_feedforward_learning_t *p,
@@ -308,27 +324,27 @@ void tribo_learner_step(const tribo_feedforward_learning_t *p,
     check(x);
     for (uint32_t i = 0; i < sample->turns; i++)
     {
-        turn(p, x);
+        apply_turn(p, x);
     }
     for (uint32_t i = 0; i < sample->chatter; i++)
     {
         set_sliding(p, x, CHATTER * tribo_learner_sliding(p, x));
     }
-    if (sample->starts) // what had turned before has turned
+    if (sample->starts) // after the turns and chatter, which are of the run before
     {
-        start(x, sample);
+        start_run(x, sample);
     }
-    if (!exceeds(sum, CREDIBLE_N)) // else the tick is corrupt, and starts anew
+    if (!exceeds(sum, CREDIBLE_N)) // otherwise the tick is corrupt and starts anew by itself
     {
         if (sample->flips > 0u)
         {
-            judge(p, x, sample);
+            judge_reversal(p, x, sample);
         }
         learn(p, x, sample);
         follow_effort(p, x, sample);
     }
     x->seal = seal_of(x);
-    tell(p, x, sample->noise_n, result);
+    write_result(p, x, sample->noise_n, result);
 }
 
 void tribo_learner_take(const tribo_feedforward_learning_t *p,
@@ -355,7 +371,7 @@ void tribo_learner_take(const tribo_feedforward_learning_t *p,
     note_bound(p, x);
 }
 
-/// Variance of L in the direction of a place over the prior's.
+/// Variance of breakaway in the direction of `place`, divided by that of the prior.
 static float relative_variance(const tribo_feedforward_learning_t *p,
                                const tribo_feedforward_learner_t  *x,
                                const learner_place_t              *place)
@@ -371,7 +387,7 @@ static float relative_variance(const tribo_feedforward_learning_t *p,
         prior += k[i] * k[i];
         for (uint32_t j = 0; j < 3u; j++)
         {
-            variance += k[i] * x->P[at(index[i], index[j])] * k[j];
+            variance += k[i] * x->P[packed_index(index[i], index[j])] * k[j];
         }
     }
     return limit_f32(variance / prior, 0.0f, 1.0f);

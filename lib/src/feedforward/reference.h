@@ -1,21 +1,26 @@
-// What the feed-forward with and without a force sensor share: following the reference, and the model of the path. One text for both
-// arithmetics, after words_f32.h or words_q31.h. docs/feedforward.md has the symbols. Not synchronized: one state, one tick.
+// What the feed-forwards with and without a force sensor share: they follow the reference r, and model the path from u
+// to y without friction (steps 2 to 4 of docs/feedforward.md, which has the symbols). Starts and hand-overs are here,
+// too.
+//
+// This text serves both arithmetics and is included after words_f32.h or words_q31.h. Not synchronized: one state, one
+// tick.
 
-#define FEED(name)     NAME(feedforward, name)
-#define LOOP(name)     NAME(force_loop, name)
-#define JOINT(name)    NAME(sensorless, name)
-#define ESTIMATE(name) NAME(force_estimate, name)
+#define FEEDFORWARD(name) NAME(feedforward, name)
+#define LOOP(name)        NAME(force_loop, name)
+#define SENSORLESS(name)  NAME(sensorless, name)
+#define ESTIMATE(name)    NAME(force_estimate, name)
 
-typedef FEED(params_t) params_t;
-typedef FEED(state_t) state_t;
-typedef FEED(memory_t) memory_t;
-typedef FEED(weights_t) weights_t;
+typedef FEEDFORWARD(params_t) params_t;
+typedef FEEDFORWARD(state_t) state_t;
+typedef FEEDFORWARD(memory_t) memory_t;
+typedef FEEDFORWARD(weights_t) weights_t;
 typedef LOOP(params_t) loop_params_t;
 
-/// Makes `params` those of the method with a sensor. In its source, as the address of another's function needs a table.
-void FEED(set_method)(params_t *params);
+/// Names the method with a force sensor in `params`. tick.h defines it next to the method, because the address of a
+/// function of another source needs a table of absolute addresses.
+void FEEDFORWARD(set_method)(params_t *params);
 
-/// The params of which `loop->method` is the first member.
+/// The method's params: `loop->method` points to their first member.
 static inline const params_t *params_of(const loop_params_t *loop)
 {
     return (const params_t *)loop->method;
@@ -31,13 +36,13 @@ static inline int8_t sign_of(force_t x)
     return (int8_t)((x > 0) - (x < 0));
 }
 
-/// x in a direction; 0 without one. A product would overflow with a corrupt sign.
+/// x times the sign of a direction, 0 without one. A product would overflow if the sign were corrupt.
 static inline force_t along(int8_t sign, force_t x)
 {
     return sign > 0 ? x : sign < 0 ? minus(0, x) : 0;
 }
 
-/// x within low to high; a NaN becomes low, so that a corrupt state recovers.
+/// x limited to low..high. A NaN becomes low, so that a corrupt state recovers.
 static inline force_t clamp(force_t x, force_t low, force_t high)
 {
     if (!(x >= low))
@@ -52,7 +57,7 @@ static inline force_t clamp_of(force_t x, force_t most)
     return clamp(x, -most, most);
 }
 
-/// A play: x stays unless `at` takes it along.
+/// A play: x stays until `at` is more than `half` away, and is then dragged along.
 static inline force_t play(force_t x, force_t at, force_t half)
 {
     return clamp(x, minus(at, half), plus(at, half));
@@ -63,7 +68,7 @@ static inline void count_few(uint8_t *counter)
     *counter = (uint8_t)(*counter < UINT8_MAX ? *counter + 1u : UINT8_MAX);
 }
 
-/// The bits of what the tick uses of what is learned; ~, so that no zeroed memory is sound.
+/// Checksum of the learned weights that the tick uses. The complement makes zeroed memory fail the check.
 static inline uint32_t seal_of(const weights_t *x)
 {
     uint32_t bits = bits_of(x->sliding) ^ bits_of(x->constant) ^ bits_of(x->scale) ^ bits_of(x->turned);
@@ -74,7 +79,7 @@ static inline uint32_t seal_of(const weights_t *x)
     return ~(bits ^ bits_of((force_t)x->trust) ^ bits_of((force_t)x->kept) ^ x->fed_back);
 }
 
-/// Member by member, as accesses to volatile objects keep their order.
+/// Copies member by member, because accesses to volatile objects keep their order.
 static inline void copy_weights(volatile weights_t *to, const volatile weights_t *from)
 {
     to->sliding  = from->sliding;
@@ -91,7 +96,7 @@ static inline void copy_weights(volatile weights_t *to, const volatile weights_t
     }
 }
 
-/// Nothing learned.
+/// Sets the weights to those of an untrained method: the configured breakaway times `trust`, no stops and no load.
 static inline void forget_weights(const params_t *p, weights_t *x)
 {
     *x      = (weights_t){.sliding = NUMBER(1.0),
@@ -102,7 +107,8 @@ static inline void forget_weights(const params_t *p, weights_t *x)
     x->seal = seal_of(x);
 }
 
-/// At rest at force `at` with reference r. Beside a running controller b takes over so that u goes on. What is learned stays.
+/// Puts the state to rest at the force `at` with the reference r. Next to a running controller b takes over, so that u
+/// continues. Learned values stay.
 static inline void rest_at(const params_t *p, state_t *x, force_t r, force_t at)
 {
     const bool enters = x->mode == TRIBO_FEEDFORWARD_ENTER;
@@ -129,8 +135,8 @@ static inline void rest_at(const params_t *p, state_t *x, force_t r, force_t at)
     x->v         = 0;
 }
 
-/// What the loop reads of this tick.
-static inline void tell(state_t *x, force_t e, force_t y, force_t friction)
+/// Publishes the tick's values that the loop reads: it needs them for the guard and for a change of params.
+static inline void publish_tick(state_t *x, force_t e, force_t y, force_t friction)
 {
     x->tick.OF(e)        = outside(e);
     x->tick.OF(y)        = outside(y);
@@ -139,7 +145,8 @@ static inline void tell(state_t *x, force_t e, force_t y, force_t friction)
     x->tick.has_y        = x->tick.has_e;
 }
 
-/// A corrupt state starts anew, and u goes on. What is learned has a checksum of its own.
+/// Starts a corrupt state anew, with u continuing from the last credible term. Learned values are kept if their
+/// checksum fits.
 static inline void start_anew(const params_t *p, state_t *x)
 {
     if (x->weights.seal != seal_of(&x->weights))
@@ -148,16 +155,17 @@ static inline void start_anew(const params_t *p, state_t *x)
     }
     x->mode          = TRIBO_FEEDFORWARD_ENTER;
     x->tick.OF(term) = is_credible(inside(x->tick.OF(term)), p->offset_max) ? x->tick.OF(term) : 0;
-    tell(x, 0, 0, 0);
+    publish_tick(x, 0, 0, 0);
     count(&x->forgotten);
 }
 
-/// After a change of params: the next tick shall add `term`.
+/// After a change of params: b is chosen in the next tick so that `term` is added to the controller's output. `anew` is
+/// true if another method ran before; otherwise a running method keeps its state.
 static inline void enter_at(state_t *x, force_t term, bool anew)
 {
     if (x->mode == TRIBO_FEEDFORWARD_RESTART && !anew)
     {
-        return; // still at rest
+        return; // no tick has run yet, so there is no term to continue from
     }
     const bool goes_on = is_running(x) && !anew;
     x->mode            = (uint8_t)(goes_on ? x->mode : TRIBO_FEEDFORWARD_ENTER);
@@ -166,21 +174,22 @@ static inline void enter_at(state_t *x, force_t term, bool anew)
     x->tick.has_e      = goes_on;
 }
 
-/// Before the first tick of a run. A zeroed memory has nothing to keep.
+/// Prepares the memory for the first tick of a run. Zeroed memory is always reset, because it holds nothing learned.
 static inline void method_start(void *memory, bool keep_learned)
 {
     memory_t *const of = (memory_t *)memory;
     if (!keep_learned || of->state.learner.seal == 0u)
     {
-        FEED(reset)(&of->state);
+        FEEDFORWARD(reset)(&of->state);
     }
     of->state.mode = TRIBO_FEEDFORWARD_RESTART;
     of->state.tick = (LOOP(tick_t)){.has_e = false};
-    of->motion     = (FEED(motion_t)){.sign = 0};
+    of->motion     = (FEEDFORWARD(motion_t)){.sign = 0};
 }
 
-/// The mean second difference of `now` and the two values before it. Each tick counts at most four times the mean, so that reversals and
-/// steps are not noise.
+/// Noise of a signal: the mean magnitude of its second difference, which a ramp does not have. A tick counts with at
+/// most four times the mean, so that reversals and steps are not taken for noise. `last` holds the two values before
+/// `now`.
 static inline force_t noise_of(const params_t *p, force_t mean, force_t now, force_t last[2])
 {
     const force_t second = finer(size_of(minus(minus(now, last[0]), minus(last[0], last[1]))));
@@ -190,16 +199,17 @@ static inline force_t noise_of(const params_t *p, force_t mean, force_t now, for
     return low_pass(mean, second < most ? second : most, p->noise_part);
 }
 
-/// What follows r in a tick.
+/// How rs and rp follow r in a tick.
 typedef struct
 {
-    force_t moved;  ///< rs, in this tick
-    force_t turned; ///< rp', likewise
-    force_t width;  ///< W, of a reversal
-    bool    step;
+    force_t moved;  ///< change of rs in this tick
+    force_t turned; ///< change of rp in this tick: the travel that is no noise
+    force_t width;  ///< W, how far r must return to count as reversed
+    bool    step;   ///< r steps: the move has no rate
 } follow_t;
 
-/// Steps 2 and 3: rs follows r, but not further into a limit of u; its rate; its sign, of its last move by more than W.
+/// Steps 2 and 3. rs follows r, but stops while u is at the limit that r moves towards. rp follows rs through a play of
+/// width W, which grows with the noise of r so that noise is no reversal. The last move of rp gives the direction s.
 static inline follow_t follow(const params_t *p, state_t *x, force_t r)
 {
     x->r_noise           = noise_of(p, x->r_noise, r, x->r);
@@ -218,7 +228,9 @@ static inline follow_t follow(const params_t *p, state_t *x, force_t r)
     return (follow_t){.moved = moved, .turned = turned, .width = width, .step = step};
 }
 
-/// Step 4: the lead of lin before rs, less where r is noisy, as that has no reliable rate; and the model of the path, as distances from rs.
+/// Step 4: the lead of lin before rs that makes up for the lag tau of actuator and arm. A noisy r has no reliable rate,
+/// so the lead shrinks as W grows. m_1 and m_2, the modelled force of the arm and its reading, are held as distances
+/// from rs.
 static inline force_t lead_of(const params_t *p, state_t *x, const follow_t *now, force_t rate)
 {
     const force_t ahead = bounded(gained(times(rate, over(p->reversal, now->width)), p->lag_gain));

@@ -1,50 +1,60 @@
-// The feed-forward without a force sensor: docs/sensorless.md. One text for both arithmetics, after
-// words_f32.h or words_q31.h and reference.h.
+// The feed-forward without a force sensor, docs/sensorless.md:
 //
-// From a reversal of the motion to the next no kinetic energy is left over. So u does the work of friction and load alone:
+//     u = limit(lin + f + lead - b)          f = share belief V L(rs) sigma
 //
-//     W = integral of z dx = V l |X| + c X          z = u_1 - D          X: of a slide, with its sign
+// Without a sensor there is no error for the controller: its output is taken out of u. V is 1 until a motion of the arm
+// is known. Where it is known, r is the output of another position or velocity loop, and V is learned from its work. A
+// slide is the motion from one reversal to the next. The arm is at rest at both ends, so no kinetic energy is left
+// over, and u has done the work of friction and load alone:
 //
-// and two slides, one in each direction, tell V and c apart.
+//     W = integral of z dx = V l |X| + c X          z = u_1 - D          X: travel of a slide, with its sign
+//
+// Two slides, one in each direction, tell V and c apart.
+//
+// This text serves both arithmetics and is included after words_f32.h or words_q31.h, and after reference.h.
 
-#define TRAVEL_MIN   16.0f               // X_min, widths
-#define WEIGHING     32.0f               // R_x, widths
-#define GAIN_MOST    0.5f                // g_0
-#define TICKS_MAX    (UINT32_C(1) << 20) // of a slide that counts
-#define SLIDING_MOST 4.0f
+#define TRAVEL_MIN   16.0f               // shortest slide that counts, widths
+#define WEIGHING     32.0f               // travel at which a slide has half of the largest gain, widths
+#define GAIN_MOST    0.5f                // largest gain of two slides
+#define TICKS_MAX    (UINT32_C(1) << 20) // a longer slide does not count
+#define SLIDING_MOST 4.0f                // limit of V from two slides
 
-typedef FEED(motion_t) motion_t;
-typedef FEED(effort_t) effort_t;
+typedef FEEDFORWARD(motion_t) motion_t;
+typedef FEEDFORWARD(effort_t) effort_t;
 typedef ESTIMATE(t) estimate_t;
 
-/// The sign of the last motion beyond a width: `moves` of it through a play.
-static int32_t push(number_t *slack, number_t moves)
+/// Moves a play one width wide by `moves`. Returns the direction in which the motion leaves the play, 0 while it stays
+/// inside.
+static int32_t play_direction(number_t *slack, number_t moves)
 {
     const number_t wanted = plus(*slack, moves);
     *slack                = is_credible(wanted, FASTEST) ? clamp_of(wanted, NUMBER(0.5)) : 0;
     return size_of(wanted) > NUMBER(0.5) ? sign_of(wanted) : 0;
 }
 
-void JOINT(motion)(memory_t *memory, number_t intended, number_t measured)
+void SENSORLESS(motion)(memory_t *memory, number_t intended, number_t measured)
 {
     motion_t *const motion = &memory->motion;
 
-    const int32_t first  = push(&motion->slack[0], intended);
-    const int32_t second = push(&motion->slack[1], measured);
-    const int32_t sign   = first != 0 || intended > 0 || intended < 0 ? first : second; // at rest: the measured
+    const int32_t first  = play_direction(&motion->slack[0], intended);
+    const int32_t second = play_direction(&motion->slack[1], measured);
+    const int32_t sign   = first != 0 || intended > 0 || intended < 0
+                               ? first
+                               : second; // while the intended motion rests, the measured one counts
     motion->sign         = (int8_t)(sign != 0 ? sign : motion->sign);
     motion->is_known     = 1;
     motion->measured     = measured;
 }
 
-/// V.
-static number_t weight_of(const memory_t *memory)
+/// V: learned, but 1 until a motion has been known.
+static number_t sliding_weight(const memory_t *memory)
 {
     return memory->motion.was_known != 0u ? memory->state.weights.sliding : NUMBER(1.0);
 }
 
-/// Two slides, `work` and `prior` of this one a width: V_0 and c_0.
-static void learn_of_two(const params_t *p, memory_t *memory, float travel, float work, float prior)
+/// Learns V_0 and c_0 from this slide and the last one, which had the other direction. `work` is that of u, `prior`
+/// that of the configured friction, both per width of travel.
+static void learn_from_two_slides(const params_t *p, memory_t *memory, float travel, float work, float prior)
 {
     const tribo_feedforward_learning_t *const learning = &p->learning;
     const effort_t *const                     x        = &memory->motion.effort;
@@ -64,7 +74,7 @@ static void learn_of_two(const params_t *p, memory_t *memory, float travel, floa
     memory->state.weights.seal              = seal_of(&memory->state.weights);
 }
 
-/// A slide ends.
+/// Ends a slide: checks that it counts, and learns if the last one that counted had the other direction.
 static void end_slide(const params_t *p, memory_t *memory)
 {
     effort_t *const x = &memory->motion.effort;
@@ -77,21 +87,22 @@ static void end_slide(const params_t *p, memory_t *memory)
     }
     const float work  = newtons_of_sum(&p->learning, x->work) / travel;
     const float prior = newtons_of_sum(&p->learning, x->prior) / slid *
-                        (1.0f + 2.0f / travel); // back by a width: friction there and back
+                        (1.0f + 2.0f / travel); // the play ends a slide a width late: friction works there and back
     if (!(prior > 0.0f) || exceeds(work, TRIBO_F32_FORCE_MAX_N))
     {
         return;
     }
     if (x->last_travel * slid < 0.0f)
     {
-        learn_of_two(p, memory, slid, work, prior);
+        learn_from_two_slides(p, memory, slid, work, prior);
     }
     x->last_travel = slid;
     x->last_work   = work;
     x->last_prior  = prior;
 }
 
-/// What another loop's effort teaches, in a tick with a known motion.
+/// Sums travel and work of the slide, in a tick with a known motion. Motion and effort pass the same low pass, so that
+/// kinetic energy stays in balance. A slide with a tick that is too fast to be credible does not count.
 static void slide(const params_t *p, memory_t *memory, const prior_t *prior)
 {
     effort_t *const x = &memory->motion.effort;
@@ -124,7 +135,7 @@ static void slide(const params_t *p, memory_t *memory, const prior_t *prior)
     }
 }
 
-/// The direction that friction opposes: that of rs, unless the motion is known in this tick.
+/// The direction that friction opposes: that of the motion if it is known in this tick, otherwise that of rs.
 static int8_t direction(memory_t *memory, int8_t before)
 {
     if (memory->motion.is_known == 0u)
@@ -135,12 +146,13 @@ static int8_t direction(memory_t *memory, int8_t before)
     return memory->motion.sign != 0 ? sign_of(memory->motion.sign) : before;
 }
 
-/// Friction of V, at `level` of the configured breakaway. b takes what V changes, from `V_before` on.
-static void oppose(const params_t *p, memory_t *memory, force_t level, number_t V_before)
+/// Ramps sigma to the direction and sets f. `level` is the configured breakaway times share and belief. b absorbs the
+/// change of f from `V_before` to V, so learning never moves u.
+static void set_friction(const params_t *p, memory_t *memory, force_t level, number_t V_before)
 {
     state_t *const x = &memory->state;
 
-    const number_t V      = weight_of(memory);
+    const number_t V      = sliding_weight(memory);
     const number_t before = clamp_of(x->sigma, NUMBER(1.0));
     const number_t left   = clamp_of(minus(along(x->sign, NUMBER(1.0)), before), p->jump);
     x->sigma              = clamp_of(plus(before, left), NUMBER(1.0));
@@ -150,15 +162,17 @@ static void oppose(const params_t *p, memory_t *memory, force_t level, number_t 
     x->b                  = plus(x->b, minus(x->f, times(bounded(times(level, V_before)), x->sigma)));
 }
 
-/// The controller is taken out of u: in a change of params it goes on with an error of 0.
-static void tell_loop(state_t *x, force_t friction)
+/// Publishes an error of 0: the controller is taken out of u, and after a change of params it continues with that
+/// error.
+static void publish_no_error(state_t *x, force_t friction)
 {
-    tell(x, 0, 0, friction);
+    publish_tick(x, 0, 0, friction);
     x->tick.has_e = x->mode != TRIBO_FEEDFORWARD_RESTART;
     x->tick.has_y = false;
 }
 
-/// Starts with a good r. The term to go on from is for the controller's output at the error `e`.
+/// Starts at a good r. Returns the error for the controller: r - y right after a hand-over, because the term to
+/// continue from was computed for the controller's output at that error; otherwise 0.
 static force_t start(const params_t *p, memory_t *memory, force_t r, force_t y)
 {
     state_t *const x = &memory->state;
@@ -184,7 +198,7 @@ static force_t method_error(const loop_params_t *loop, void *inner, force_t r, f
         if (!good)
         {
             x->rule = TRIBO_FEEDFORWARD_KEEP;
-            tell_loop(x, 0);
+            publish_no_error(x, 0);
             return 0;
         }
         e = start(p, memory, r, y);
@@ -193,33 +207,34 @@ static force_t method_error(const loop_params_t *loop, void *inner, force_t r, f
     const follow_t now    = follow(p, x, good ? inside(r) : x->r[0]);
     const prior_t  prior  = prior_of(&loop->compensator.friction, x->reached);
     const force_t  ahead =
-        lead_of(p, x, &now, memory->motion.is_known != 0u ? 0 : x->rate); // another loop's effort has no rate
+        lead_of(p, x, &now, memory->motion.is_known != 0u ? 0 : x->rate); // the rate of another loop's output is noise
     if (memory->motion.was_known != 0u && x->weights.seal != seal_of(&x->weights))
     {
         start_anew(p, x);
-        tell_loop(x, 0);
+        publish_no_error(x, 0);
         return 0;
     }
-    const number_t V         = weight_of(memory);
+    const number_t V         = sliding_weight(memory);
     memory->motion.was_known = memory->motion.was_known != 0u || memory->motion.is_known != 0u;
     if (memory->motion.is_known != 0u)
     {
         slide(p, memory, &prior);
     }
     x->sign = direction(memory, before);
-    oppose(p, memory, part_of(part_of(prior.L, fade), p->trust), V);
+    set_friction(p, memory, part_of(part_of(prior.L, fade), p->trust), V);
     x->lin = plus(plus(x->reached, ahead), prior.load);
     if (!is_credible(plus(plus(x->lin, x->f), plus(x->b, x->behind[0])), CREDIBLE_N))
     {
         start_anew(p, x);
-        tell_loop(x, 0);
+        publish_no_error(x, 0);
         return 0;
     }
-    tell_loop(x, x->f);
+    publish_no_error(x, x->f);
     return e;
 }
 
-// v is 0, or what the controller had when it was taken off. u is limited here: the controller shall not wind up.
+// v is 0, or what the controller still puts out. It is taken out of the sum, which is limited here: so the controller
+// never sees a limit and cannot wind up.
 static force_t method_term(const loop_params_t *loop, void *inner, force_t v_out)
 {
     const params_t *const p = params_of(loop);
@@ -264,17 +279,17 @@ static void method_enter(void *memory, force_t term, bool anew)
     enter_at(x, term, anew);
     if (anew)
     {
-        ((memory_t *)memory)->motion = (motion_t){.sign = 0}; // of an earlier run
+        ((memory_t *)memory)->motion = (motion_t){.sign = 0}; // forget the motion of an earlier run
     }
     if (!is_running(x))
     {
         x->rule = TRIBO_FEEDFORWARD_CONTINUE;
     }
-    tell_loop(x, 0);
+    publish_no_error(x, 0);
 }
 
-// One by one: an initialiser would be a table of absolute addresses.
-void JOINT(method)(LOOP(functions_t) * functions)
+// Assigned one by one, because an initialiser would compile to a table of absolute addresses.
+void SENSORLESS(method)(LOOP(functions_t) * functions)
 {
     functions->error = method_error;
     functions->term  = method_term;
@@ -283,25 +298,27 @@ void JOINT(method)(LOOP(functions_t) * functions)
     functions->start = method_start;
 }
 
-// --- F from u alone ---------------------------------------------------------------------------------------------------
+// --- the force from u alone ------------------------------------------------------------------------------------------
 
-#define TURNS       4u // each leaves the slope of L(F), 0.3 on the paper's rig, of the error
-#define FIRST_TURNS 16u
+// Each iteration multiplies the error by the slope of L(F), 0.3 on the paper's rig.
+#define ITERATIONS       4u
+#define FIRST_ITERATIONS 16u
 
-/// F of an arm that sticks within `up` and `down` times half its breakaway, which depends on F: in `turns` steps.
-static force_t stuck(const friction_params_t *friction,
-                     force_t                  before,
-                     force_t                  u,
-                     number_t                 up,
-                     number_t                 down,
-                     uint32_t                 turns)
+/// F of an arm that sticks: F stays at `before` unless u exceeds breakaway, times `up` in the positive direction and
+/// `down` in the negative one. Breakaway depends on F, hence a fixed-point iteration.
+static force_t sticking_force(const friction_params_t *friction,
+                              force_t                  before,
+                              force_t                  u,
+                              number_t                 up,
+                              number_t                 down,
+                              uint32_t                 iterations)
 {
     const force_t g = inside(friction->OF(gravity));
     force_t       F = before;
-    for (uint32_t i = 0; i < turns; i++)
+    for (uint32_t i = 0; i < iterations; i++)
     {
         const prior_t prior = prior_of(friction, F);
-        const force_t half  = plus(prior.load, g); // of what the directions differ by
+        const force_t half  = plus(prior.load, g); // half the difference of L+ and L-
         const force_t at    = plus(u, g);
         F = clamp(before, minus(at, times(plus(prior.L, half), up)), plus(at, times(minus(prior.L, half), down)));
     }
@@ -316,9 +333,9 @@ void ESTIMATE(step)(const loop_params_t *params,
 {
     const friction_params_t *const friction = &params->compensator.friction;
 
-    const force_t most  = inside(feedforward->input_max);
-    const force_t at    = inside(OF(u));
-    uint32_t      turns = TURNS;
+    const force_t most       = inside(feedforward->input_max);
+    const force_t at         = inside(OF(u));
+    uint32_t      iterations = ITERATIONS;
     if (!is_part(tolerance) || !is_credible(at, most))
     {
         return;
@@ -326,13 +343,13 @@ void ESTIMATE(step)(const loop_params_t *params,
     const force_t sum = plus(plus(estimate->force, estimate->low), estimate->high);
     if (estimate->runs == 0u || !is_credible(estimate->lagged, most) || !is_credible(sum, CREDIBLE_N))
     {
-        *estimate = (estimate_t){.runs = 1, .lagged = at, .force = at, .low = -most, .high = most};
-        turns     = FIRST_TURNS;
+        *estimate  = (estimate_t){.runs = 1, .lagged = at, .force = at, .low = -most, .high = most};
+        iterations = FIRST_ITERATIONS;
     }
-    const number_t few  = minus(NUMBER(1.0), part_of(NUMBER(1.0), tolerance));
-    const number_t many = plus(NUMBER(1.0), part_of(NUMBER(1.0), tolerance));
-    estimate->lagged    = low_pass(estimate->lagged, at, feedforward->lag_part);
-    estimate->force     = stuck(friction, estimate->force, estimate->lagged, NUMBER(1.0), NUMBER(1.0), turns);
-    estimate->low       = stuck(friction, estimate->low, estimate->lagged, many, few, turns);
-    estimate->high      = stuck(friction, estimate->high, estimate->lagged, few, many, turns);
+    const number_t lower = minus(NUMBER(1.0), part_of(NUMBER(1.0), tolerance));
+    const number_t upper = plus(NUMBER(1.0), part_of(NUMBER(1.0), tolerance));
+    estimate->lagged     = low_pass(estimate->lagged, at, feedforward->lag_part);
+    estimate->force = sticking_force(friction, estimate->force, estimate->lagged, NUMBER(1.0), NUMBER(1.0), iterations);
+    estimate->low   = sticking_force(friction, estimate->low, estimate->lagged, upper, lower, iterations);
+    estimate->high  = sticking_force(friction, estimate->high, estimate->lagged, lower, upper, iterations);
 }

@@ -6,7 +6,7 @@
 
 #include "reference.h"
 
-#define FASTEST 1000.0f // x_max, widths a tick
+#define FASTEST 1000.0f // largest credible motion in a tick, widths
 
 #define ROW(...) PARAMETERS_ROW(tribo_sensorless_f32_config_t, __VA_ARGS__)
 const tribo_parameter_t tribo_sensorless_parameters[] = {TRIBO_SENSORLESS_PARAMETERS(ROW)};

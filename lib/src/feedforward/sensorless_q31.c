@@ -1,4 +1,5 @@
-// The feed-forward without a force sensor in fixed point. Sums over a slide are Q29 in 64 bits: X within 2^22 widths, W within 2^23 FS.
+// The feed-forward without a force sensor in fixed point. Sums over a slide are Q29 in 64 bits: X stays within 2^22
+// widths and W within 2^23 FS.
 
 #include "../number/fixed_q31.h"
 #include "../number/ranges.h"
@@ -7,7 +8,7 @@
 
 #include "reference.h"
 
-#define FASTEST NUMBER(3.9) // x_max, widths a tick
+#define FASTEST NUMBER(3.9) // largest motion in a tick that fits, widths
 
 static bool is_part(uint32_t x)
 {

@@ -1,21 +1,27 @@
-// One tick of the feed-forward, steps 1 to 8 of docs/feedforward.md: one text for both arithmetics, after words_f32.h or words_q31.h and
-// reference.h.
+// One tick of the feed-forward with a force sensor: steps 1 to 8 of docs/feedforward.md.
+//
+//     u = limit(v + lin + f + lead - b)          v = K(z) e          e = rs - y + m2
+//
+// The loop calls method_error (steps 1 to 6), runs the controller on e, calls method_term (step 7), limits u, and calls
+// method_after (step 8). Every 10 ticks the tick and the learner exchange a sample and a result.
+//
+// This text serves both arithmetics. It is included after words_f32.h or words_q31.h, and after reference.h.
 
 #define SAMPLE_TICKS 10u
 
-/// The learned load at a force.
+/// c(F): the learned part of the force that does not reverse with the motion, c_0 + c_2 F.
 static force_t learned_load(const weights_t *w, force_t force)
 {
     return bounded(plus(w->constant, times(force, w->scale)));
 }
 
-/// G.
-static force_t level_of(const state_t *x)
+/// G = share (1 - (1 - gamma) doubt) L(rs): the friction level, reduced while little has been learned.
+static force_t friction_level(const state_t *x)
 {
     return part_of(x->level, x->weights.trust);
 }
 
-/// f(sigma).
+/// f(sigma) = G (U_0 sigma + U_1 phi_1 + U_2 phi_2), with the sum limited so that corrupt weights stay bounded.
 static force_t friction_at(const state_t *x, number_t sigma)
 {
     number_t sum = times(x->weights.use[0], sigma);
@@ -23,10 +29,11 @@ static force_t friction_at(const state_t *x, number_t sigma)
     {
         sum = plus(sum, times(x->weights.use[1u + j], x->stop[j]));
     }
-    return bounded(times(level_of(x), clamp_of(sum, NUMBER(3.99))));
+    return bounded(times(friction_level(x), clamp_of(sum, NUMBER(3.99))));
 }
 
-/// At rest at y; beside a running controller at r. What is learned stays.
+/// Starts the method at rest at the reading y. If it enters next to a running controller it starts at r instead, so
+/// that e is the error r - y that this controller already has. Learned values stay.
 static void start(const params_t *p, state_t *x, force_t r, force_t y)
 {
     const bool    enters = x->mode == TRIBO_FEEDFORWARD_ENTER;
@@ -48,13 +55,14 @@ static void start(const params_t *p, state_t *x, force_t r, force_t y)
     x->side             = 0;
     x->quick            = 0;
     x->rests            = false;
-    x->phase            = SAMPLE_TICKS - 1u; // the learner starts with this tick
+    x->phase            = SAMPLE_TICKS - 1u; // post the first sample at the end of this tick
     x->starts           = 1;
-    x->flipped          = 0; // turns and chatter before are learned all the same
+    x->flipped          = 0; // turns and chatter stay: they are still to be learned
 }
 
-/// Step 3: the stops, and how long r stands: a width that shrinks is no motion. In a hold a step of r leaves it standing: seed the mean error with it, or u would stay
-/// frozen and b would absorb the step.
+/// Step 3: moves the stops, and counts for how long r has been standing. r moves only if both rp and rs do: rp alone
+/// also moves when its play gets narrower. A step of r during a hold does not end the hold. It seeds the mean error
+/// instead, or u would stay frozen and b would absorb the step.
 static void move_stops(const params_t *p, state_t *x, const follow_t *now)
 {
     for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_STOPS; j++)
@@ -72,10 +80,12 @@ static void move_stops(const params_t *p, state_t *x, const follow_t *now)
     x->still         = stays ? x->still : 0u;
 }
 
-/// What a reversal makes of V_0 and load.
+/// Replaces V_0 and the learned load by their values after a reversal, which the learner has computed beforehand
+/// (learner.c, weights_after_turn). `kept` becomes 1 so that a second reversal before the next result changes nothing
+/// more.
 static void turn_weights(weights_t *w)
 {
-    if (w->seal == seal_of(w)) // a corrupt one is forgotten with the next sample
+    if (w->seal == seal_of(w)) // corrupt weights are forgotten at the next exchange
     {
         w->use[0]   = plus(w->use[0], minus(w->turned, w->sliding));
         w->sliding  = w->turned;
@@ -86,22 +96,25 @@ static void turn_weights(weights_t *w)
     }
 }
 
-/// A reversal while r moves. Until the arm has slid both ways all that friction lacks is taken for friction, as too little would overshoot:
-/// the learner has said beforehand what that makes of the weights. It turns its own with the next sample, and what is on its way is turned
-/// where it arrives.
-static void turn(state_t *x)
+/// A reversal while r moves. Until the arm has slid both ways, the whole deficit is attributed to friction, because an
+/// overestimated friction would overshoot this reversal. The tick changes its weights at once. The learner changes its
+/// own with the next sample, and a result that is still under way is changed when it arrives (exchange).
+static void apply_turn(state_t *x)
 {
     turn_weights(&x->weights);
     x->turned_since = true;
     count_few(&x->turns);
 }
 
-/// Step 5: f while r moves. The controller alone takes a first motion.
-static void move(const params_t *p, state_t *x, bool first)
+/// Step 5: f while r moves. A reversal does not switch f at once: sigma ramps within the jump time, and `lead` makes up
+/// for a part of the actuator's lag during the ramp. At the first motion after a start nobody knows how far friction
+/// has built up. Then sigma jumps and b absorbs the jump, so u does not move and the controller alone overcomes the
+/// breakaway.
+static void follow_reference(const params_t *p, state_t *x, bool first)
 {
     const number_t left = minus(along(x->sign, NUMBER(1.0)), x->sigma);
     const number_t by   = first ? left : clamp_of(left, p->jump);
-    const force_t  jump = bounded(times(level_of(x), times(x->weights.use[0], by)));
+    const force_t  jump = bounded(times(friction_level(x), times(x->weights.use[0], by)));
     x->sigma            = clamp_of(plus(x->sigma, by), NUMBER(1.0));
     x->f                = friction_at(x, x->sigma);
     x->mode             = x->sign != 0 ? TRIBO_FEEDFORWARD_MOVING : TRIBO_FEEDFORWARD_START;
@@ -117,8 +130,10 @@ static void move(const params_t *p, state_t *x, bool first)
     }
 }
 
-/// Friction that chatters about a play is less than learned.
-static void watch(const params_t *p, state_t *x, int8_t side)
+/// Counts changes of the side on which the net force exceeds the learned breakaway. Four of them in quick succession
+/// mean that feeding friction back makes the arm chatter: breakaway is less than learned. From then on each change is
+/// reported to the learner, which lowers V_0 by a tenth.
+static void note_chatter(const params_t *p, state_t *x, int8_t side)
 {
     if (side == x->side)
     {
@@ -135,14 +150,16 @@ static void watch(const params_t *p, state_t *x, int8_t side)
     }
 }
 
-/// Step 6: friction is fed back, up to what is learned.
+/// Step 6: r stands and no longer says where friction points, or the monitor has found that friction fed forward does
+/// harm. Friction is then fed back: f follows the net force that friction must be holding, u - m - load, up to the
+/// learned breakaway. Only 0.94 of it is fed back, because feedback of all of it would hunt.
 static void hold(const params_t *p, state_t *x)
 {
     const force_t B      = bounded(times(x->level, x->weights.sliding));
     const force_t net    = minus(minus(x->u, x->travelled), x->load);
     const force_t before = x->f;
     x->f                 = part_of(clamp_of(net, B), PART(0.94));
-    if (x->mode != TRIBO_FEEDFORWARD_HOLD)
+    if (x->mode != TRIBO_FEEDFORWARD_HOLD) // the hold begins: b absorbs the change of f
     {
         x->b     = plus(x->b, minus(x->f, before));
         x->mode  = TRIBO_FEEDFORWARD_HOLD;
@@ -152,28 +169,30 @@ static void hold(const params_t *p, state_t *x)
         x->quick = 0;
         x->sigma = 0;
     }
-    watch(p, x, size_of(net) > B ? sign_of(net) : x->side);
+    note_chatter(p, x, size_of(net) > B ? sign_of(net) : x->side);
 
-    // The controller shall not follow its own sensor's noise.
+    // e passes through a dead band, or the controller would follow the noise of the sensor. While the mean error is
+    // inside the band u rests, with a wider band to leave it so that u does not toggle.
     const force_t noise = coarser(part_of(x->y_noise, PART(0.04)));
-    const bool    still = p->still_ticks > 0u && x->still >= p->still_ticks; // else the monitor's alone
+    const bool    still = p->still_ticks > 0u && x->still >= p->still_ticks; // otherwise only the monitor holds
     if (x->y_good)
     {
         const force_t most = x->rests ? noise * 7 / 2 : noise;
         x->e               = minus(x->e, clamp_of(x->error, noise));
         x->rests           = still && size_of(x->error) < most;
     }
-    if (x->rests) // u stays
+    if (x->rests)
     {
         x->e    = 0;
         x->rule = TRIBO_FEEDFORWARD_CONTINUE;
     }
 }
 
-/// The first tick after a hold: sigma is where u stands between both breakaways, and u goes on.
-static void leave(state_t *x)
+/// The first tick after a hold. If net force was last beyond breakaway on the side of the new direction, sigma starts
+/// there. If not, sigma is where u stands between both breakaways. b is chosen so that u continues.
+static void leave_hold(state_t *x)
 {
-    const force_t rise = bounded(times(level_of(x), x->weights.use[0]));
+    const force_t rise = bounded(times(friction_level(x), x->weights.use[0]));
     x->sigma           = along(x->sign, NUMBER(1.0));
     if (x->side != x->sign && rise > 0)
     {
@@ -184,7 +203,7 @@ static void leave(state_t *x)
     x->rule = TRIBO_FEEDFORWARD_CONTINUE;
 }
 
-/// A sum or a low pass that is no force.
+/// True if a sum or a low pass of the state is beyond any credible force: the state is corrupt.
 static bool is_corrupt(const state_t *x)
 {
     const force_t passes = plus(plus(plus(x->friction, x->error), plus(x->v, x->force)), plus(x->y_noise, x->r_noise));
@@ -192,8 +211,9 @@ static bool is_corrupt(const state_t *x)
     return !is_credible(x->e, CREDIBLE_N) || !is_credible(sum, CREDIBLE_N) || !is_credible(passes, CREDIBLE_N);
 }
 
-/// Whether it runs in this tick: good inputs start it. With a flipped bit of b, u goes on.
-static bool runs_with(const params_t *p, state_t *x, force_t r, force_t y, bool good)
+/// Starts the method on the first tick with good inputs, and checks b. If a bit of b has flipped, b is computed anew
+/// from the last term, so that u continues. Returns true if the method runs in this tick.
+static bool start_or_check(const params_t *p, state_t *x, force_t r, force_t y, bool good)
 {
     if (!is_running(x))
     {
@@ -211,7 +231,7 @@ static bool runs_with(const params_t *p, state_t *x, force_t r, force_t y, bool 
     return true;
 }
 
-/// Steps 5 and 6, by the mode.
+/// Step 5 or 6, depending on whether r stands.
 static void set_friction(const params_t *p, state_t *x, bool stands, bool first)
 {
     if (stands && x->mode != TRIBO_FEEDFORWARD_START)
@@ -220,15 +240,15 @@ static void set_friction(const params_t *p, state_t *x, bool stands, bool first)
     }
     else if (x->mode == TRIBO_FEEDFORWARD_HOLD)
     {
-        leave(x);
+        leave_hold(x);
     }
     else
     {
-        move(p, x, first);
+        follow_reference(p, x, first);
     }
 }
 
-// Steps 1 to 6.
+// Steps 1 to 6: everything up to the error for the controller.
 static force_t method_error(const loop_params_t *loop, void *memory, force_t r, force_t y, part_t fade)
 {
     const params_t *const p = params_of(loop);
@@ -237,20 +257,20 @@ static force_t method_error(const loop_params_t *loop, void *memory, force_t r, 
     const bool good_r = is_credible(r, p->input_max);
     x->y_good         = is_credible(y, p->input_max);
     const bool good   = good_r && x->y_good;
-    if (!runs_with(p, x, r, y, good))
+    if (!start_or_check(p, x, r, y, good))
     {
-        tell(x, 0, 0, 0);
+        publish_tick(x, 0, 0, 0);
         return 0;
     }
     x->y_now              = x->y_good ? inside(y) : x->y[0];
     const int8_t   before = x->sign;
-    const force_t  e      = plus(minus(x->reached, x->y_now), x->behind[1]);
+    const force_t  e      = plus(minus(x->reached, x->y_now), x->behind[1]); // rs of the last tick: y is its answer
     const follow_t now    = follow(p, x, good_r ? inside(r) : x->r[0]);
     move_stops(p, x, &now);
     const bool stands = (p->still_ticks > 0u && x->still >= p->still_ticks) || x->weights.fed_back != 0u;
     if (x->flips && !stands)
     {
-        turn(x);
+        apply_turn(x);
     }
     const prior_t prior = prior_of(&loop->compensator.friction, x->reached);
     const force_t ahead = lead_of(p, x, &now, x->rate);
@@ -268,11 +288,11 @@ static force_t method_error(const loop_params_t *loop, void *memory, force_t r, 
         start_anew(p, x);
         return good ? minus(r, y) : 0;
     }
-    tell(x, x->e, x->y_now, x->f);
+    publish_tick(x, x->e, x->y_now, x->f);
     return x->tick.OF(e);
 }
 
-// Step 7, before u is limited.
+// Step 7: the offset b, and the term that the loop adds to v before it limits u.
 static force_t method_term(const loop_params_t *loop, void *memory, force_t v_out)
 {
     const params_t *const p = params_of(loop);
@@ -282,15 +302,16 @@ static force_t method_term(const loop_params_t *loop, void *memory, force_t v_ou
         return x->mode == TRIBO_FEEDFORWARD_ENTER ? x->tick.OF(term) : 0;
     }
     const force_t v      = inside(v_out);
-    const force_t wanted = plus(x->lin, x->f); // without the lead: a pulse
+    const force_t wanted = plus(x->lin, x->f); // without the lead, a short pulse that b must not absorb
     if (x->flips)
     {
         x->turn_need = plus(v, x->need);
         count_few(&x->flipped);
     }
-    if (x->rule ==
-        TRIBO_FEEDFORWARD_REVERSAL) // v was wound up during stiction; where it made up for a load, b keeps a part of that
+    if (x->rule == TRIBO_FEEDFORWARD_REVERSAL)
     {
+        // The controller wound up while the arm stuck. b = v takes that out of u, which would otherwise overshoot the
+        // reversal. Where v made up for an unknown load, the load is still there: b keeps up to a quarter of it.
         const force_t beyond = minus(along(x->sign, minus(x->b, x->v)), p->reversal);
         const force_t kept   = clamp(beyond, 0, size_of(x->own_load) / 4);
         x->b                 = plus(x->v, along(x->sign, kept));
@@ -302,7 +323,7 @@ static force_t method_term(const loop_params_t *loop, void *memory, force_t v_ou
     else if (x->rule == TRIBO_FEEDFORWARD_TAKE_OVER)
     {
         x->b = minus(wanted, inside(x->tick.OF(term)));
-        x->v = v; // it has not travelled there
+        x->v = v; // a hand-over is no travel of v for the monitor
     }
     x->rule = TRIBO_FEEDFORWARD_KEEP;
     x->v    = low_pass(x->v, v, p->fast_part);
@@ -312,7 +333,8 @@ static force_t method_term(const loop_params_t *loop, void *memory, force_t v_ou
     return outside(plus(minus(wanted, x->b), x->lead));
 }
 
-/// Step 8: measured friction, and the travel of y apart from its noise.
+/// Step 8: the friction that the learner is to explain, z = u - y behind the lags of actuator and sensor, less the
+/// damping of the arm. y also drives a play that is wider than the noise, so that noise does not count as travel.
 static void observe(const params_t *p, state_t *x, force_t u)
 {
     const force_t before = x->force;
@@ -326,7 +348,8 @@ static void observe(const params_t *p, state_t *x, force_t u)
     x->travelled         = play(x->travelled, x->force, half);
 }
 
-// Member by member, as accesses to volatile objects keep their order.
+/// Posts a sample for the learner. The members are written one by one, because accesses to volatile objects keep their
+/// order and `owner` must be written last.
 static void post(const params_t *p, state_t *x)
 {
     const bool slides =
@@ -350,7 +373,7 @@ static void post(const params_t *p, state_t *x)
     x->turned_since                                = false;
 }
 
-/// The result of the last sample, if there is one.
+/// Takes the learner's result. Returns false if there is none.
 static bool fetch(state_t *x)
 {
     if (x->exchange.owner != TRIBO_FEEDFORWARD_OWNER_RESULT)
@@ -362,12 +385,14 @@ static bool fetch(state_t *x)
     return true;
 }
 
-/// Every 10 ticks: takes what was learned of the last sample, and posts the next. b takes what f and load change by, from what this tick
-/// has used, so that u goes on even where that was corrupt.
+/// Every 10 ticks: takes the result of the last sample and posts the next one. b absorbs the change of f and load by
+/// the new weights, so learning never moves u. The change is counted from the f and load that this tick has used, so u
+/// continues even after corrupt weights. b then fades over 1000 tau, so that what it has absorbed comes back within a
+/// minute.
 static void exchange(const params_t *p, state_t *x)
 {
     const bool    learned = fetch(x);
-    const bool    is_due  = x->exchange.owner == TRIBO_FEEDFORWARD_OWNER_LEARNER;
+    const bool    is_late = x->exchange.owner == TRIBO_FEEDFORWARD_OWNER_LEARNER;
     const force_t before  = plus(x->f, x->own_load);
     if (x->weights.seal != seal_of(&x->weights))
     {
@@ -382,7 +407,7 @@ static void exchange(const params_t *p, state_t *x)
     x->own_load = learned_load(&x->weights, x->reached);
     x->b        = plus(x->b, minus(plus(x->f, x->own_load), before));
     x->b        = minus(x->b, part_of(x->b, p->leak_part));
-    if (is_due)
+    if (is_late)
     {
         count(&x->late);
         return;
@@ -390,7 +415,7 @@ static void exchange(const params_t *p, state_t *x)
     post(p, x);
 }
 
-// Step 8, once u is known.
+// Step 8: what follows from the limited u.
 static void method_after(const loop_params_t *loop, void *memory, force_t v, force_t u_out, LOOP(signals_t) * seen)
 {
     const params_t *const p = params_of(loop);
@@ -400,7 +425,7 @@ static void method_after(const loop_params_t *loop, void *memory, force_t v, for
         return;
     }
     const force_t u = inside(u_out);
-    x->u            = x->rests ? x->u : u; // else rounding adds up
+    x->u            = x->rests ? x->u : u; // while u rests, its rounding errors must not add up
     x->limited =
         (int8_t)(seen->controller.limited ? sign_of(minus(plus(inside(v), plus(inside(x->tick.OF(term)), x->lead)), u))
                                           : 0);
@@ -420,8 +445,8 @@ static void method_enter(void *memory, force_t term, bool anew)
     enter_at(&((memory_t *)memory)->state, term, anew);
 }
 
-// One by one: an initialiser would be a table of absolute addresses.
-void FEED(method)(LOOP(functions_t) * functions)
+// Assigned one by one, because an initialiser would compile to a table of absolute addresses.
+void FEEDFORWARD(method)(LOOP(functions_t) * functions)
 {
     functions->error = method_error;
     functions->term  = method_term;
@@ -430,7 +455,7 @@ void FEED(method)(LOOP(functions_t) * functions)
     functions->start = method_start;
 }
 
-void FEED(set_method)(params_t *params)
+void FEEDFORWARD(set_method)(params_t *params)
 {
-    params->method.functions = FEED(method);
+    params->method.functions = FEEDFORWARD(method);
 }

@@ -1,5 +1,5 @@
-// The words of the feed-forward's texts (reference.h, tick.h, sensorless.h) in single precision, beside those of ../number; words_q31.h
-// has the same.
+// The operations in which reference.h, tick.h and sensorless.h are written, in single precision. They add to those of
+// number/words_f32.h. words_q31.h defines the same names in fixed point.
 
 #ifndef TRIBO_FEEDFORWARD_WORDS_F32_H
 #define TRIBO_FEEDFORWARD_WORDS_F32_H
@@ -12,23 +12,23 @@
 
 #include <stddef.h>
 
-#define CREDIBLE_N 1.0e9f // a force beyond: the state is corrupt
+#define CREDIBLE_N 1.0e9f // a larger force comes from a corrupt state
 
-#define NUMBER(x) (x##f) // of number_t, within 4
-#define PART(x)   (x##f) // of part_t, 0 to 1
-#define GAIN(x)   (x##f) // of gain_t
+#define NUMBER(x) (x##f) // a constant of type number_t, within 4
+#define PART(x)   (x##f) // a constant of type part_t, 0 to 1
+#define GAIN(x)   (x##f) // a constant of type gain_t
 
-typedef float number_t; ///< without unit, within 4: sigma, stops, weights
+typedef float number_t; ///< has no unit and stays within 4: sigma, stops, weights
 typedef float part_t;   ///< 0 to 1
-typedef float gain_t;   ///< 0 and up
+typedef float gain_t;   ///< not negative
 
 typedef tribo_friction_f32_params_t friction_params_t;
 
-/// The model's breakaway at a force.
+/// Configured breakaway at a force.
 typedef struct
 {
-    force_t L;    ///< half of the jump at a reversal
-    force_t load; ///< D, which does not reverse
+    force_t L;    ///< half of the jump of friction at a reversal
+    force_t load; ///< D, the part that does not reverse, less gravity
 } prior_t;
 
 static inline force_t size_of(force_t x)
@@ -36,7 +36,7 @@ static inline force_t size_of(force_t x)
     return magnitude(x);
 }
 
-/// False for a NaN.
+/// True if |x| <= most. False for a NaN.
 static inline bool is_credible(force_t x, force_t most)
 {
     return !exceeds(x, most);
@@ -57,7 +57,7 @@ static inline force_t gained(force_t x, gain_t gain)
     return gain * x;
 }
 
-/// a/b, within 1, for b > 0.
+/// a/b limited to +-1, for b > 0.
 static inline number_t over(force_t a, force_t b)
 {
     return bound_f32(a / b, 1.0f);
@@ -68,13 +68,13 @@ static inline force_t low_pass(force_t x, force_t input, part_t part)
     return first_order_f32_step(x, input, part);
 }
 
-/// What a sum may be, in a range that other sums fit beside.
+/// Limits a sum in Q31 so that further sums with it do not saturate. Nothing to do in float.
 static inline force_t bounded(force_t x)
 {
     return x;
 }
 
-/// A slow mean needs more bits.
+/// From a force to the format of noise and rate and back. In Q31 such slow means need more bits.
 static inline force_t finer(force_t x)
 {
     return x;
@@ -85,7 +85,7 @@ static inline force_t coarser(force_t x)
     return x;
 }
 
-/// A force of the loop in the state's format, and back.
+/// From a force of the loop to the format of the state and back.
 static inline force_t inside(force_t x)
 {
     return x;
@@ -117,7 +117,7 @@ static inline prior_t prior_of(const friction_params_t *friction, force_t force)
     return (prior_t){.L = 0.5f * (both[0] + both[1]), .load = 0.5f * (both[0] - both[1]) - friction->gravity_n};
 }
 
-// --- the learner's float32, and the loop's structs ----------------------------------------------------------------------
+// --- conversions for the learner and the loop's structs --------------------------------------------------------------
 
 static inline float newtons(const tribo_feedforward_learning_t *learning, force_t x)
 {
@@ -138,7 +138,7 @@ static inline tribo_feedforward_f32_weights_t taken(const tribo_feedforward_lear
     return *learned;
 }
 
-/// Member by member: a struct would be cleared by a call.
+/// Writes the signals member by member: assigning a struct would call memset.
 static inline void show(tribo_force_loop_f32_signals_t *seen, force_t u, force_t F, force_t L, force_t f)
 {
     seen->compensator.force_n      = F;
@@ -147,7 +147,7 @@ static inline void show(tribo_force_loop_f32_signals_t *seen, force_t u, force_t
     seen->compensator.friction.f_n = f;
 }
 
-/// Of a loop's set-up: tribo_feedforward_f32_use names it.
+/// Makes the params of a loop's method in the loop's set-up. tribo_feedforward_f32_use names it.
 tribo_status_t tribo_feedforward_f32_make(const tribo_loop_part_t             *part,
                                           const tribo_force_loop_f32_config_t *loop,
                                           tribo_force_loop_f32_params_t       *made);

@@ -1,5 +1,5 @@
-// The words of the feed-forward's texts (reference.h, tick.h, sensorless.h) in fixed point, beside those of ../number; words_f32.h has
-// the same.
+// The operations in which reference.h, tick.h and sensorless.h are written, in fixed point. They add to those of
+// number/words_q31.h. words_f32.h defines the same names in single precision.
 //
 //     force in the loop                       Q31 of full scale FS
 //     force in the state, travel              Q29 of FS, within 4 FS
@@ -8,7 +8,8 @@
 //     part                                    Q32
 //     gain                                    Q16
 //
-// Products are rounded towards zero, low passes to nearest: mirrored inputs give mirrored results. Sums saturate, in a corrupt state alone.
+// Products are rounded towards zero and low passes to nearest, so mirrored inputs give mirrored results. Sums saturate,
+// but only if the state is corrupt.
 
 #ifndef TRIBO_FEEDFORWARD_WORDS_Q31_H
 #define TRIBO_FEEDFORWARD_WORDS_Q31_H
@@ -35,11 +36,11 @@ typedef uint32_t gain_t;
 
 typedef tribo_friction_q31_params_t friction_params_t;
 
-/// The model's breakaway at a force.
+/// Configured breakaway at a force.
 typedef struct
 {
-    force_t L;    ///< half of the jump at a reversal, up to FS
-    force_t load; ///< D, which does not reverse, within FS
+    force_t L;    ///< half of the jump of friction at a reversal, up to FS
+    force_t load; ///< D, the part that does not reverse, less gravity, within FS
 } prior_t;
 
 static inline force_t size_of(force_t x)
@@ -53,6 +54,7 @@ static inline bool is_credible(force_t x, force_t most)
     return tribo_q31_magnitude(x) <= (uint32_t)most || most == INT32_MAX;
 }
 
+/// `size`, at most `most`, with the sign of x.
 static inline force_t signed_as(force_t x, uint64_t size, uint32_t most)
 {
     const int32_t within = (int32_t)(size < most ? (uint32_t)size : most);
@@ -79,7 +81,7 @@ static inline number_t over(force_t a, force_t b)
     return signed_as(a, ratio_q31(tribo_q31_magnitude(a), (uint32_t)b) >> 2, (uint32_t)WORDS_ONE);
 }
 
-/// Rounded to nearest, but by a unit at least, so that it arrives.
+/// Rounds the step to nearest, but moves by at least one unit, so that x reaches its input.
 static inline force_t low_pass(force_t x, force_t input, part_t part)
 {
     const force_t  left = minus(input, x);
@@ -87,11 +89,13 @@ static inline force_t low_pass(force_t x, force_t input, part_t part)
     return plus(x, signed_as(left, by > 0u ? by : left != 0, INT32_MAX));
 }
 
+/// Limits a sum to the range of the state, so that further sums with it do not saturate.
 static inline force_t bounded(force_t x)
 {
     return limit_q31(x, 1 - WORDS_ONE, WORDS_ONE - 1);
 }
 
+/// From Q29 to Q35, limited to what fits, and back.
 static inline force_t finer(force_t x)
 {
     return limit_q31(x, -(WORDS_ONE >> 7), WORDS_ONE >> 7) * 64;
@@ -102,6 +106,7 @@ static inline force_t coarser(force_t x)
     return x / 64;
 }
 
+/// From Q31 of the loop to Q29 of the state and back.
 static inline force_t inside(force_t x)
 {
     return x / 4;
@@ -135,7 +140,7 @@ static inline prior_t prior_of(const friction_params_t *friction, force_t force)
     return (prior_t){.L = (force_t)((both[0] + both[1]) / 8u), .load = bounded(half - inside(friction->gravity))};
 }
 
-// --- the learner's float32, and the loop's structs ----------------------------------------------------------------------
+// --- conversions for the learner and the loop's structs --------------------------------------------------------------
 
 static inline float newtons(const tribo_feedforward_learning_t *learning, force_t x)
 {
@@ -147,13 +152,13 @@ static inline float newtons_of_sum(const tribo_feedforward_learning_t *learning,
     return (float)x * learning->unit_n;
 }
 
-/// A number of at most 3.9 in Q29.
+/// x in Q29, limited to +-3.9.
 static inline number_t number_of(float x)
 {
     return (number_t)(bound_f32(x, 3.9f) * 536870912.0f);
 }
 
-/// A part in Q32; 1 is all but 2^-24.
+/// x in Q32, limited to 0 and 1 - 2^-24.
 static inline part_t part_from(float x)
 {
     return (part_t)(limit_f32(x, 0.0f, 0.99999994f) * 4294967296.0f);
@@ -188,7 +193,7 @@ static inline void show(tribo_force_loop_q31_signals_t *seen, force_t u, force_t
     seen->compensator.friction.f = outside(f);
 }
 
-/// Of a loop's set-up: tribo_feedforward_q31_use names it.
+/// Makes the params of a loop's method in the loop's set-up. tribo_feedforward_q31_use names it.
 tribo_status_t tribo_feedforward_q31_make(const tribo_loop_part_t             *part,
                                           const tribo_force_loop_f32_config_t *loop,
                                           float                                full_scale_n,
