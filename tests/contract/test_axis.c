@@ -178,6 +178,8 @@ static void test_each_field_is_checked(void)
     tribo_axis_f32_config_t config = rig(1.0f);
     config.controller              = tribo_pi(0.5f, 1001.0f); // its zero would be outside of the unit circle
     TEST_ASSERT_EQUAL(TRIBO_ERR_PI, refused(&config));
+    config.controller = tribo_pi(0.0f, 0.0f);
+    TEST_ASSERT_EQUAL(TRIBO_ERR_PI, refused(&config));
     config.controller = tribo_pi(0.5f, 0.0f);
     TEST_ASSERT_EQUAL(TRIBO_OK, refused(&config));
     config.negative.slope = 0.3f;

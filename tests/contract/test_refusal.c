@@ -86,6 +86,17 @@ static void test_a_refused_cascade_is_said_with_its_first_coefficient(void)
     check(TRIBO_ERR_ANTI_WINDUP, &sections[0].b0, 1.0f, 0, 0, -1e6f, 1e6f);
 }
 
+#if TRIBO_IS_Q31
+static void test_a_refused_headroom_is_said_with_its_first_coefficient(void)
+{
+    // A gain of 1e9, of two poles that zeros cancel.
+    sections[0]                     = (tribo_biquad_f32_section_t){1e6f, 1e6f, 0.25e6f, 1.0f, 0.25f};
+    sections[1]                     = (tribo_biquad_f32_section_t){1e3f, 1e3f, 0.25e3f, 1.0f, 0.25f};
+    config.controller.section_count = 2;
+    check(TRIBO_ERR_HEADROOM, &sections[0].b0, 1e6f, 0, 0, -1e6f, 1e6f);
+}
+#endif
+
 static void test_a_status_of_no_list_has_no_number(void)
 {
     static loop_t loop;
@@ -111,6 +122,9 @@ int main(void)
     RUN_TEST(test_a_refused_section_is_said_with_its_coefficient);
     RUN_TEST(test_a_refused_row_of_the_table_is_said_with_its_number);
     RUN_TEST(test_a_refused_cascade_is_said_with_its_first_coefficient);
+#if TRIBO_IS_Q31
+    RUN_TEST(test_a_refused_headroom_is_said_with_its_first_coefficient);
+#endif
     RUN_TEST(test_a_status_of_no_list_has_no_number);
     RUN_TEST(test_a_config_without_room_for_it_is_refused_likewise);
     return UNITY_END();
