@@ -33,8 +33,8 @@ static matrix_t add(matrix_t a, matrix_t b)
     return (matrix_t){a.a11 + b.a11, a.a12 + b.a12, a.a21 + b.a21, a.a22 + b.a22};
 }
 
-/// e^A - 1. Taylor series of A / 2^m, then m doublings e^2A - 1 = (e^A - 1)^2 + 2 (e^A - 1). The difference from 1
-/// keeps the digits that a short sample time makes small.
+/// e^A - 1 by a Taylor series of A / 2^m, then m doublings e^2A - 1 = (e^A - 1)^2 + 2 (e^A - 1). Computing the
+/// difference from 1 keeps the digits of a short sample time, at which e^A is close to 1.
 static matrix_t exponential_minus_one(matrix_t a)
 {
     const float norm     = magnitude(a.a11) + magnitude(a.a12) + magnitude(a.a21) + magnitude(a.a22);
@@ -78,7 +78,7 @@ tribo_status_t tribo_arm_f32_init(tribo_arm_f32_params_t       *params,
     {
         return status;
     }
-    // Per tick: F changes by G, G by -stiffness (F - F_rest) - damping G.
+    // In a tick F changes by G, and G by -stiffness (F - F_rest) - damping G.
     const float stiffness = config->stiffness / config->inertia * sample_time_s * sample_time_s;
     const float damping   = config->damping / config->inertia * sample_time_s;
     if (!within(stiffness, 1.0e-9f, 1.0e4f) || !within(damping, 0.0f, 1.0e4f))

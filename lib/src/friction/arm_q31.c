@@ -7,15 +7,15 @@
 
 #include <stddef.h>
 
-#define ARM_MAX 3.999f
+#define ARM_MAX 3.999f // limit of the coefficients
 
 static int64_t lesser(int64_t a, int64_t b)
 {
     return a < b ? a : b;
 }
 
-/// Jury's conditions on the quantised numbers: for the arm that moves under a constant force, and for G alone when it
-/// sticks. For a slow arm they are small differences, so nothing is rounded before subtracting.
+/// Checks Jury's conditions on the quantised numbers: for the arm that moves under a constant force, and for G alone
+/// while the arm sticks. For a slow arm the conditions are small differences, so nothing is rounded before subtracting.
 static bool arm_is_stable(const tribo_arm_q31_params_t *p)
 {
     const int64_t one      = INT64_C(1) << 28;
@@ -43,8 +43,9 @@ tribo_status_t tribo_arm_q31_init(tribo_arm_q31_params_t       *params,
     {
         return status;
     }
-    // gamma_d is about (omega h)^2: with G times 1/(omega h), drive and speed get coefficients of similar size. phi_d is at
-    // most 2 and phi_g at most 1, so those of F stay below 4 together and the sum of their products below 2^61.
+    // gamma_d is about (omega h)^2. Scaling G by 2^shift, about 1/(omega h), gives drive and speed coefficients of
+    // similar size. phi_d is at most 2 and phi_g at most 1, so the coefficients of F stay below 4 together and the sum
+    // of their products below 2^61.
     const float push  = magnitude(f32.gamma_d);
     const float move  = magnitude(f32.phi_d);
     const float coast = magnitude(f32.phi_g);

@@ -1,11 +1,11 @@
-// Friction compensator of Fig. 11, a text for both arithmetics: it stands behind compensator_f32.h or compensator_q31.h, which have
-// its words. One tick:
+// Friction compensator of Fig. 11. This text serves both arithmetics and is included by compensator_f32.h or
+// compensator_q31.h. One tick:
 //
 //     u ---> n = u - F^ + g ---> friction ---> f^ ---> the loop adds gain f^ to u at the next tick
 //            ^                      |
 //            '---- F^ <--- arm <----' d = n - f^
 //
-//     1. F^ = K theta^, the force of the arm model, never the force sensor's: noise there would look like a reversal of n
+//     1. F^ = K theta^, the force of the arm model. The force sensor is not used: its noise would look like a reversal of n
 //     2. f^ = friction(n, F^)
 //     3. the arm model advances one sample with u and f^ held
 //
@@ -15,7 +15,7 @@ typedef NAME(compensator, params_t) compensator_params_t;
 typedef NAME(compensator, state_t) compensator_state_t;
 typedef NAME(compensator, signals_t) compensator_signals_t;
 
-/// f^ for the net force `n` at the arm's force `F`; the arm advances to the next tick.
+/// f^ for the net force `n` at the arm's force `F`. The arm advances to the next tick.
 static inline force_t compensator_advance(const compensator_params_t *params,
                                           compensator_state_t        *state,
                                           force_t                     n,
@@ -30,7 +30,7 @@ static inline force_t compensator_advance(const compensator_params_t *params,
     return f;
 }
 
-/// f^ for this tick; the arm advances to the next.
+/// f^ for this tick. The arm advances to the next one.
 static inline force_t compensator_tick(const compensator_params_t *params,
                                        compensator_state_t        *state,
                                        force_t                     u,
@@ -41,7 +41,7 @@ static inline force_t compensator_tick(const compensator_params_t *params,
     return compensator_advance(params, state, n, F, signals);
 }
 
-/// The f^ that `params` would give for `u` in this tick; nothing advances.
+/// The f^ that `params` would give for `u` in this tick. No state advances: what the step changes is restored.
 static inline force_t compensator_peek(const compensator_params_t *params, compensator_state_t *state, force_t u)
 {
     NAME(friction, signals_t) unseen;
@@ -58,7 +58,7 @@ static inline force_t compensator_peek(const compensator_params_t *params, compe
     return f;
 }
 
-/// Starts with an arm at rest at `F` under `u`. Returns f^, which holds it there as far as L allows.
+/// Starts with an arm at rest at `F` under `u`. Returns the f^ that holds the arm there, as far as L allows.
 static inline force_t compensator_enter(const compensator_params_t *params,
                                         compensator_state_t        *state,
                                         force_t                     u,

@@ -36,7 +36,7 @@ float tribo_compensator_f32_step(const tribo_compensator_f32_params_t *params,
                                  float                                 u_n,
                                  tribo_compensator_f32_signals_t      *signals)
 {
-    if (exceeds(state->arm.force_n, TRIBO_F32_FORCE_MAX_N)) // corrupt: no step leaves such a value
+    if (exceeds(state->arm.force_n, TRIBO_F32_FORCE_MAX_N)) // the state is corrupt: no step leaves such a value
     {
         tribo_arm_f32_reset(&state->arm);
     }

@@ -1,4 +1,4 @@
-// The compensator in single precision; compensator.h is its text. The arm keeps F^ within TRIBO_F32_FORCE_MAX_N.
+// The compensator in single precision: what compensator.h needs. The arm keeps F^ within TRIBO_F32_FORCE_MAX_N.
 
 #ifndef TRIBO_FRICTION_COMPENSATOR_F32_H
 #define TRIBO_FRICTION_COMPENSATOR_F32_H
@@ -19,7 +19,7 @@ static inline void place_arm(tribo_arm_f32_state_t *arm, force_t F)
     arm->force_n = F;
 }
 
-/// The counter that a step of friction may change.
+/// The counter that a step of friction may change, for compensator_peek.
 static inline uint32_t *friction_counter(tribo_friction_f32_state_t *friction)
 {
     return &friction->bad_inputs;

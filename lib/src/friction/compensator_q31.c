@@ -14,7 +14,7 @@ tribo_status_t tribo_compensator_q31_init(tribo_compensator_q31_params_t       *
     {
         return TRIBO_ERR_NULL;
     }
-    // The arm first: the friction, when it is accepted, writes the table.
+    // Check the arm first, because the init of the friction writes the table once it has accepted the config.
     tribo_compensator_q31_params_t made;
     tribo_compensator_f32_params_t f32;
     tribo_status_t                 status = tribo_compensator_f32_init(&f32, config, sample_time_s);

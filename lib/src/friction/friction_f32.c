@@ -100,10 +100,11 @@ void tribo_friction_f32_reset(tribo_friction_f32_state_t *state)
     relay_reset(&state->relay);
 }
 
-/// Linear between the points, clamped at both ends. Visits every point, whatever the load.
+/// L is linear between the points and constant beyond the first and the last. Visits every point, so the time does not
+/// depend on the load.
 void tribo_friction_f32_look_up(const tribo_friction_f32_params_t *params, float load_n, float L_n[2])
 {
-    if (params->table == NULL) // a bit of table_length has flipped
+    if (params->table == NULL) // a bit of table_length has flipped: there is no table
     {
         L_n[0] = friction_f32_affine(&params->law[0], load_n);
         L_n[1] = friction_f32_affine(&params->law[1], load_n);

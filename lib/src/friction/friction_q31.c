@@ -73,7 +73,7 @@ static void quantize_k(tribo_friction_q31_params_t *out, const tribo_friction_f3
     out->k_shift = (uint8_t)shift;
 }
 
-/// The exponent (2/ln 2) m (v/v0 - 1) as a product of the rise of |n|, up to where it is 32.
+/// Quantises the exponent (2/ln 2) m (v/v0 - 1) as a factor on the rise of |n|, for exponents up to 32.
 static tribo_status_t quantize_rate(tribo_friction_q31_params_t       *out,
                                     const tribo_friction_f32_params_t *f32,
                                     float                              full_scale_n)
@@ -102,7 +102,7 @@ static void include(breakaways_t *all, uint64_t L)
     all->largest = L > all->largest ? L : all->largest;
 }
 
-/// The range of L, before the limit to full scale.
+/// The range of L for loads up to full scale, before L is limited to full scale.
 static breakaways_t breakaways(const tribo_friction_q31_params_t *out,
                                const tribo_friction_f32_config_t *config,
                                float                              full_scale_n)
@@ -210,7 +210,8 @@ static uint32_t at_part(int32_t lower, int32_t upper, uint32_t part)
     return (uint32_t)(lower + (((int64_t)upper - lower) * part >> 31));
 }
 
-/// Linear between the points, clamped at both ends. Visits every point for any load.
+/// L is linear between the points and constant beyond the first and the last. Visits every point, so the time does not
+/// depend on the load.
 static void from_table(const tribo_friction_q31_params_t *params, uint32_t load, uint32_t L[2])
 {
     const uint32_t length = params->table_length;
@@ -237,7 +238,7 @@ static uint32_t from_law(const tribo_friction_q31_params_t *params, uint32_t sig
 
 void tribo_friction_q31_look_up(const tribo_friction_q31_params_t *params, uint32_t load, uint32_t L[2])
 {
-    if (params->table != NULL && params->table_length > 0u) // both: a bit of one may have flipped
+    if (params->table != NULL && params->table_length > 0u) // checks both, because a bit of one may have flipped
     {
         from_table(params, load, L);
     }

@@ -1,7 +1,7 @@
-// One sample of the friction model: Eqs. (3) to (6), (8) and (9). The caller has checked that n and F are finite.
+// One sample of the friction model, Eqs. (3) to (6), (8) and (9). The caller has checked that n and F are finite.
 //
-// The model works on magnitudes and on the sign bit of n, 0 for n >= 0 and 1 for n < 0, which also selects L+ or L-. The
-// sign is put back at the end, so f(-u, -F) = -f(u, F) holds exactly.
+// The model works on magnitudes and on the sign bit of n, 0 for n >= 0 and 1 for n < 0, which also selects L+ or L-.
+// The sign is put back at the end, so f(-u, -F) = -f(u, F) holds exactly.
 
 #ifndef TRIBO_FRICTION_LAW_F32_H
 #define TRIBO_FRICTION_LAW_F32_H
@@ -14,10 +14,10 @@
 
 #include <stddef.h>
 
-/// force_n to negative_n of a point.
+/// Ranges of a point's numbers, force_n to negative_n.
 extern const tribo_parameter_t tribo_point_numbers[3];
 
-/// Refuses the number of point `index` that the status of TRIBO_ERR_TABLE_FORCE to _NEGATIVE names.
+/// Refuses a number of point `index`: the one that `status`, TRIBO_ERR_TABLE_FORCE to TRIBO_ERR_TABLE_NEGATIVE, names.
 static inline tribo_status_t friction_refuse_point(tribo_status_t                     status,
                                                    const tribo_friction_f32_config_t *config,
                                                    uint32_t                           index)
@@ -26,7 +26,8 @@ static inline tribo_status_t friction_refuse_point(tribo_status_t               
     return tribo_element_refuse(status, tribo_point_numbers, number, &config->table[index], index, config->refusal);
 }
 
-/// L+ and L- at load |F| from the breakaway table: linear between points, clamped at both ends.
+/// L+ and L- at load |F| from the breakaway table, linear between the points and constant beyond the first and the
+/// last.
 void tribo_friction_f32_look_up(const tribo_friction_f32_params_t *params, float load_n, float L_n[2]);
 
 /// Breakaway at load |F| by the affine law: L = offset + slope |F|.
@@ -35,14 +36,15 @@ static inline float friction_f32_affine(const tribo_breakaway_f32_t *law, float 
     return law->offset_n + law->slope * load_n;
 }
 
-/// 2^-x / 8 for x >= 0. From x = 32 on it stays at 2^-32 / 8, a relative error of k of at most 2.3e-7. A NaN counts as 32.
+/// 2^-x / 8 for x >= 0. From x = 32 on the result stays at 2^-32 / 8, which costs k a relative error of at most 2.3e-7.
+/// A NaN counts as 32.
 static inline float friction_f32_power(float x)
 {
     const float   bounded  = x < 32.0f ? x : 32.0f;
     const int32_t whole    = (int32_t)bounded;
     const float   fraction = bounded - (float)whole;
-    // 2^-fraction / 8 by a minimax polynomial of degree 4 (research/fit_friction.py). The whole part is then subtracted from
-    // the exponent field: an exact division by 2^whole.
+    // 2^-fraction / 8 by a minimax polynomial of degree 4 (research/fit_friction.py). The whole part is then subtracted
+    // from the exponent field: an exact division by 2^whole.
     const float p =
         (((8.45881006e-04f * fraction - 6.63424947e-03f) * fraction + 2.99176286e-02f) * fraction - 8.66287739e-02f) *
             fraction +
@@ -50,15 +52,15 @@ static inline float friction_f32_power(float x)
     return from_bits_f32(bits_f32(p) - ((uint32_t)whole << 23));
 }
 
-/// The argument of Eq. (3), x = n/(k L), as a fraction N/D. k of Eq. (5) is a fraction as well, so the tick needs a single
-/// division.
+/// The argument of Eq. (3), x = n/(k L), as a fraction N/D. k of Eq. (5) is a fraction as well, so the tick needs a
+/// single division.
 typedef struct
 {
     float N, D;
 } friction_f32_argument_t;
 
-/// Eq. (5) as a logistic curve: k = (k_max + k_min E)/(1 + E) with E = e^(2 m (v/v0 - 1)) = 2^exponent. At a slow rise E is
-/// small and k near k_max; at a fast rise k tends to k_min. With p = 2^-|exponent| <= 1 neither form can overflow:
+/// Eq. (5) as a logistic curve: k = (k_max + k_min E)/(1 + E) with E = e^(2 m (v/v0 - 1)) = 2^exponent. At a slow rise
+/// E is small and k near k_max; at a fast rise k tends to k_min. With p = 2^-|exponent| <= 1 neither form can overflow:
 ///
 ///     exponent >= 0:  k = (k_min + k_max p)/(1 + p)     both multiplied by 1/E = p
 ///     exponent <  0:  k = (k_max + k_min p)/(1 + p)     E = p
@@ -71,9 +73,9 @@ static inline friction_f32_argument_t friction_f32_argument(const tribo_friction
 {
     const float exponent = params->exponent_per_rise * rise - params->exponent_at_rest;
     const float power    = friction_f32_power(magnitude(exponent));
-    // A and B carry a factor of 1/8, which cancels; it keeps D^4 in the curve below FLT_MAX. A product underflows only where
-    // k L is over 2,000 n, and there R is below half a unit in the last place. B also carries 1.57, which makes one
-    // coefficient of the curve 1.
+    // A and B carry a factor of 1/8, which cancels; it keeps D^4 in the curve below FLT_MAX. A product underflows only
+    // where k L exceeds 2,000 n, and there R is below half a unit in the last place. B also carries 1.57, which makes
+    // one coefficient of the curve 1.
     const float                         A = 0.125f + power;
     const tribo_friction_f32_k_t *const k = &params->k[less(exponent, 0.0f)];
     const float                         B = k->at_0 + k->per_power * power;
@@ -81,8 +83,9 @@ static inline friction_f32_argument_t friction_f32_argument(const tribo_friction
 }
 
 /// Eq. (3) for n >= 0, before saturation: k L tanh(n/(k L)) = n (1 - R(x^2)) with x = N/D. R is a rational function
-/// (research/fit_friction.py), multiplied by D^4 above and below the line and fitted up to breakaway, f = L; beyond it the result
-/// stays above L and Eq. (4) clamps it. N = 0 gives R = 0 and f = n, which is the branch of Eq. (3) without Q.
+/// (research/fit_friction.py), multiplied by D^4 above and below the line and fitted up to breakaway, f = L; beyond it
+/// the result stays above L and Eq. (4) clamps it. N = 0 gives R = 0 and f = n, which is the branch of Eq. (3) without
+/// Q.
 static inline float friction_f32_curve(float n, friction_f32_argument_t x)
 {
     const float N2          = x.N * x.N;
@@ -98,11 +101,11 @@ static inline float friction_f32_net_force(const tribo_friction_f32_params_t *pa
                                            float                              u_n,
                                            float                              force_n)
 {
-    (void)state; // counts in Q31
+    (void)state; // holds a counter in Q31 only
     return u_n - force_n + params->gravity_n;
 }
 
-/// f for the net force `n` and the end-point force `force_n`; the relays and n[k-1] advance by one sample.
+/// f for the net force `n` and the end-point force `force_n`. The relays and n[k-1] advance by one sample.
 static inline float friction_f32_step(const tribo_friction_f32_params_t *params,
                                       tribo_friction_f32_state_t        *state,
                                       float                              n,
@@ -133,7 +136,8 @@ static inline float friction_f32_step(const tribo_friction_f32_params_t *params,
     signals->L_n       = L;
     signals->v_n_per_s = rise * params->rate_hz;
 
-    // Eq. (9) and the reset rule of Fig. 5: `deep` uses n[k-1], so that one large step out of the deep region still counts.
+    // Eq. (9) and the reset rule of Fig. 5: `deep` uses n[k-1], so that one large step out of the deep region still
+    // counts.
     const uint32_t inside = less(size, params->set_level * L);
     const uint32_t deep   = less(params->reset_level * L_before, size_before);
     const uint32_t back   = less(rise, 0.0f) | (negative ^ was_negative);

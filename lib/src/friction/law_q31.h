@@ -1,8 +1,8 @@
-// One sample of the friction model, Eqs. (3) to (6), (8) and (9), in Q31. friction_f32.h derives the forms; this file
+// One sample of the friction model, Eqs. (3) to (6), (8) and (9), in Q31. law_f32.h derives the equations. This file
 // adds the formats.
 //
-// Magnitudes are unsigned: a force is at most 2^31 - 1, or 2^31 in a corrupt state, and both fit. The sign is put back at
-// the end, so f(-u, -F) = -f(u, F) holds to the last bit. Constants and fractions below 1 are Q32, and
+// Magnitudes are unsigned: a force is at most 2^31 - 1, or 2^31 in a corrupt state, and both fit. The sign is put back
+// at the end, so f(-u, -F) = -f(u, F) holds to the last bit. Constants and fractions below 1 are Q32, and
 // tribo_q31_high(a, b) = a b 2^-32 multiplies by one without a change of format.
 
 #ifndef TRIBO_FRICTION_LAW_Q31_H
@@ -18,10 +18,10 @@ static inline uint32_t sign_bit(int32_t x)
     return (uint32_t)x >> 31;
 }
 
-/// L+ and L- at load |F| in the general case: a table, a slope of 1 or more, or an L limited to full scale.
+/// L+ and L- at load |F| in the general case: with a table, with a slope of 1 or more, or with L limited to full scale.
 void tribo_friction_q31_look_up(const tribo_friction_q31_params_t *params, uint32_t load, uint32_t L[2]);
 
-/// Breakaway at load |F| by the affine law with a slope below 1: Q31 + Q32 x Q31.
+/// Breakaway at load |F| by the affine law with a slope below 1, computed as Q31 + Q32 x Q31.
 static inline uint32_t friction_q31_affine(const tribo_breakaway_q31_t *law, uint32_t load)
 {
     return law->offset + tribo_q31_high(law->slope, load);
@@ -41,7 +41,7 @@ static inline uint32_t friction_q31_power(uint32_t x)
 {
     const uint32_t whole    = x >> 22;
     const uint32_t fraction = x << 10; // Q32
-    // 2^-fraction by Horner's scheme with the polynomial of friction_f32.h times 8. Its signs alternate, so each
+    // 2^-fraction by Horner's scheme with the polynomial of law_f32.h times 8. Its signs alternate, so each
     // step subtracts and stays within 0 to 1.
     uint32_t p = 227951076u - tribo_q31_high(fraction, 29064250u);
     p          = 1027961890u - tribo_q31_high(fraction, p);
@@ -50,8 +50,8 @@ static inline uint32_t friction_q31_power(uint32_t x)
     return p >> (whole < 31u ? whole : 31u);
 }
 
-/// a / b in Q32 for a < 0.95 b and b from 2^22 to 2^30.7; relative error 2e-7 for b over 2^25. One 32-bit division gives
-/// 1/b to 11 bits or more, one Newton step the rest:
+/// a / b in Q32 for a < 0.95 b and b from 2^22 to 2^30.7. The relative error is 2e-7 for b above 2^25. One 32-bit
+/// division gives 1/b to 11 bits or more, one Newton step the rest:
 ///
 ///     a/b ~ a c (1 + e),  c = coarse 2^-42,  e = 1 - b c
 ///
@@ -65,14 +65,14 @@ static inline uint32_t friction_q31_quotient(uint32_t a, uint32_t b)
     return first + (uint32_t)(step >> 9);
 }
 
-/// The argument of Eq. (3) as a fraction, x = n/(k L) = 2 N/D. Both are shifted left together until the larger is at least
-/// 2^31, so small forces lose no more bits of x than large ones.
+/// The argument of Eq. (3) as a fraction, x = n/(k L) = 2 N/D. Both are shifted left together until the larger is at
+/// least 2^31, so small forces lose no more bits of x than large ones.
 typedef struct
 {
     uint32_t N, D;
 } friction_q31_argument_t;
 
-/// Eq. (5) as in friction_f32.h: k = B/A, A = 1 + p, p = 2^-|exponent|. `n` is 0 without Q.
+/// Eq. (5) in the form of law_f32.h: k = B/A, A = 1 + p, p = 2^-|exponent|. `n` is 0 without Q.
 ///
 ///     exponent   Q22, -289 to 32       p   Q32
 ///     A          Q31, 1 to 2           B   k 2^-S A, Q32, S = k_shift: the sum of k_min and k_max fits
@@ -81,7 +81,8 @@ static inline friction_q31_argument_t friction_q31_argument(const tribo_friction
                                                             uint32_t                           L,
                                                             uint32_t                           rise)
 {
-    // Beyond rise_max E exceeds 2^32 and k equals k_min. A falling |n| wraps to a large rise: harmless, because Q is then 0.
+    // Beyond rise_max E exceeds 2^32 and k equals k_min. A falling |n| wraps to a large rise: harmless, because Q is
+    // then 0.
     const uint32_t bounded  = rise < params->rise_max ? rise : params->rise_max;
     const int32_t  moved    = (int32_t)tribo_q31_high(bounded << params->rise_shift, params->exponent_rate);
     const int32_t  exponent = moved - params->exponent_at_rest; // Q22
@@ -91,7 +92,7 @@ static inline friction_q31_argument_t friction_q31_argument(const tribo_friction
     const uint32_t B = exponent < 0 ? params->k_max + tribo_q31_high(params->k_min, power)
                                     : params->k_min + tribo_q31_high(params->k_max, power); // times 2^-k_shift, Q32
 
-    // x = n A/(B L): first n and L as large as they go with one common shift, then N and D.
+    // x = n A/(B L). A common shift first makes n and L as large as they can be, another one then N and D.
     const uint32_t zeros = tribo_q31_leading_zeros(n | L);
     const uint32_t N     = tribo_q31_high(n << zeros, A) >> params->k_shift;
     const uint32_t D     = tribo_q31_high(L << zeros, B);
@@ -99,10 +100,11 @@ static inline friction_q31_argument_t friction_q31_argument(const tribo_friction
     return (friction_q31_argument_t){.N = N << up, .D = D << up};
 }
 
-/// Eq. (3) for n >= 0 before saturation: n (1 - R(x^2)), R as in friction_f32.h; N = 0 (no Q) gives n.
+/// Eq. (3) for n >= 0 before saturation: n (1 - R(x^2)), with R from law_f32.h. N = 0 (no Q) gives n.
 static inline uint32_t friction_q31_curve(uint32_t n, friction_q31_argument_t x)
 {
-    // R = s (r1 + r2 s)/(1 + q1 s + q2 s^2) with s = x^2 = 4 N2/D2; both multiplied by D2^2/8, so neither overflows.
+    // R = s (r1 + r2 s)/(1 + q1 s + q2 s^2) with s = x^2 = 4 N2/D2; both multiplied by D2^2/8 so that neither
+    // overflows.
     const uint32_t N2          = tribo_q31_high(x.N, x.N);
     const uint32_t D2          = tribo_q31_high(x.D, x.D);
     const uint32_t numerator   = tribo_q31_high(N2, tribo_q31_high(715814512u, D2) + tribo_q31_high(119939055u, N2));
@@ -111,7 +113,7 @@ static inline uint32_t friction_q31_curve(uint32_t n, friction_q31_argument_t x)
     return n - tribo_q31_high(n, friction_q31_quotient(numerator, denominator));
 }
 
-/// f for the net force `n` and the end-point force `force`; the relays and n[k-1] advance by one sample.
+/// f for the net force `n` and the end-point force `force`. The relays and n[k-1] advance by one sample.
 static inline int32_t friction_q31_step(const tribo_friction_q31_params_t *params,
                                         tribo_friction_q31_state_t        *state,
                                         int32_t                            n,
@@ -142,7 +144,8 @@ static inline int32_t friction_q31_step(const tribo_friction_q31_params_t *param
     signals->L    = (int32_t)L;
     signals->rise = rise;
 
-    // Eq. (9) and the reset rule of Fig. 5: `deep` uses n[k-1], so that one large step out of the deep region still counts.
+    // Eq. (9) and the reset rule of Fig. 5: `deep` uses n[k-1], so that one large step out of the deep region still
+    // counts.
     const uint32_t inside = sign_bit((int32_t)(size - tribo_q31_high(params->set_level, L)));
     const uint32_t deep   = sign_bit((int32_t)(tribo_q31_high(params->reset_level, L_before) - size_before));
     const uint32_t back   = sign_bit(rise) | (negative ^ was_negative);

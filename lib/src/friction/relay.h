@@ -1,29 +1,29 @@
-// The two relays of Fig. 12, which remember the last large excursion of the net force n. They decide when friction shows
-// hysteresis: Q2 is armed when n returns from large negative values, Q1 from large positive ones.
+// The two relays of Fig. 12, which remember the last large excursion of the net force n. They decide when friction
+// shows hysteresis: Q2 is armed when n returns from large negative values, Q1 from large positive ones.
 //
 //     Q2 = 1       +---->----+----        Q1 = 1   ----+----<----+
 //                  ^         v                         v         ^
 //     Q2 = 0   ----+----<----+           Q1 = 0        +---->----+----
 //                 -L1        L2                      -L2       L1   n
 //
-// Each output is a sample-and-hold of its set pulse, triggered by the rising edge of (set pulse or reset pulse). The pulses come
-// from the edge detectors of Fig. 13, eight side by side, one a bit:
+// Each output is a sample-and-hold of its set pulse, triggered by the rising edge of (set pulse or reset pulse). The
+// pulses come from the edge detectors of Fig. 13. Eight detectors run in parallel, one in each bit:
 //
 //     pulse[k] = x[k] and not x[k - W]
 //
-// A rising edge gives a pulse of W samples. An input that toggles faster than W is handled like in the circuit: each high sample
-// is compared with the one W samples ago, not with the last one.
+// A rising edge gives a pulse of W samples. An input that toggles faster than W is handled as in the circuit: each high
+// sample is compared with the one W samples ago, not with the last one.
 //
-// The caller compares numbers and passes events, so f32, Q31 and the plant share this logic. A signal is one bit, so both relays
-// are computed in the same words.
-// No loops in a step. Not synchronized: one state, one tick. Reset a state before its first step: zeroing is not enough.
+// The caller compares numbers and passes events, so f32, Q31 and the plant share this logic. A signal is one bit, so
+// both relays are computed in the same words. A step has no loops. Not synchronized: one state, one tick. Reset a state
+// before its first step: zeroing it is not enough.
 
 #ifndef TRIBO_FRICTION_RELAY_H
 #define TRIBO_FRICTION_RELAY_H
 
 #include "tribo/friction_f32.h"
 
-/// Fills the delay lines with `rest`: bit i is the level at which input i has rested for ever.
+/// Fills the delay lines as if the inputs had always been at `rest`, bit i for input i.
 static inline void edge_reset(tribo_edge_state_t *state, uint8_t rest)
 {
     for (uint32_t i = 0; i <= TRIBO_EDGE_WIDTH_MAX; i++)
@@ -33,8 +33,9 @@ static inline void edge_reset(tribo_edge_state_t *state, uint8_t rest)
     state->head = 0;
 }
 
-/// The pulses for the inputs of one sample, bit i for input i. `width` is W, 1 to TRIBO_EDGE_WIDTH_MAX: only its low six bits
-/// count, and 0 gives no pulse. W may change between samples; the past is kept. The ring of 64 holds the last 63 samples.
+/// The pulses for the inputs of one sample, bit i for input i. `width` is W, 1 to TRIBO_EDGE_WIDTH_MAX. Only its low
+/// six bits count, and 0 gives no pulse. W may change between samples, because the ring of 64 keeps the last 63
+/// samples.
 static inline uint32_t edge_step(tribo_edge_state_t *state, uint32_t width, uint32_t inputs)
 {
     // The masks wrap the ring, and keep both indices inside it even if the state is corrupt.
@@ -45,16 +46,16 @@ static inline uint32_t edge_step(tribo_edge_state_t *state, uint32_t width, uint
     return inputs & ~past;
 }
 
-/// Outputs low, set lines as if always high before, reset lines low.
+/// Sets the outputs low, the set lines as if they had always been high, and the reset lines low.
 static inline void relay_reset(tribo_relay_state_t *state)
 {
     edge_reset(&state->edge, TRIBO_RELAY_SET1 | TRIBO_RELAY_SET2);
     state->latch.held = 0;
 }
 
-/// A relay samples its set pulse at the rising edge of its trigger, (set pulse or reset pulse), and holds it until the next
-/// one. So a set alone gives 1, a reset alone 0. Relay 1 is bit 0 and relay 2 is bit 1 of every word here. `held` keeps the
-/// outputs in its lower half and the last triggers, from bit 4, in its upper half.
+/// A relay samples its set pulse at the rising edge of its trigger, (set pulse or reset pulse), and holds the sample
+/// until the next edge. So a set alone gives 1 and a reset alone gives 0. Relay 1 is bit 0 and relay 2 is bit 1 of
+/// every word here. The lower half of `held` keeps the outputs, the upper half the last triggers, from bit 4 on.
 static inline uint32_t relay_latch_step(tribo_relay_latch_t *latch, uint32_t pulses)
 {
     const uint32_t both    = TRIBO_RELAY_Q1 | TRIBO_RELAY_Q2;
@@ -69,8 +70,8 @@ static inline uint32_t relay_latch_step(tribo_relay_latch_t *latch, uint32_t pul
     return outputs;
 }
 
-/// The outputs TRIBO_RELAY_Q1 and _Q2 for the events of one sample (TRIBO_RELAY_SET1 ...). Edge detectors turn these into pulses
-/// of `width` samples, 1 to TRIBO_EDGE_WIDTH_MAX.
+/// The outputs TRIBO_RELAY_Q1 and _Q2 for the events of one sample (TRIBO_RELAY_SET1 ...). Edge detectors turn these
+/// into pulses of `width` samples, 1 to TRIBO_EDGE_WIDTH_MAX.
 static inline uint32_t relay_step(tribo_relay_state_t *state, uint32_t width, uint32_t events)
 {
     return relay_latch_step(&state->latch, edge_step(&state->edge, width, events));
@@ -97,15 +98,15 @@ static inline uint32_t relay_events(uint32_t negative,
     return set | reset;
 }
 
-/// Eq. (8): Q = v > 0 and ((n > 0 and Q2) or (n < 0 and Q1)), 0 or 1. `rises` is v > 0; it implies n != 0.
+/// Eq. (8): Q = v > 0 and ((n > 0 and Q2) or (n < 0 and Q1)), 0 or 1. `rises` is v > 0, which implies n != 0.
 static inline uint32_t relay_q(uint32_t relays, uint32_t negative, uint32_t rises)
 {
     const uint32_t armed = relays & (negative != 0u ? TRIBO_RELAY_Q1 : TRIBO_RELAY_Q2);
     return armed != 0u && rises != 0u ? 1u : 0u;
 }
 
-/// The state changed by a step of the relays, to undo that step. The delay line is not part of it: with `head` restored the
-/// next step overwrites the entry.
+/// The state that a step of the relays changes, to undo that step. The delay line is not part of it: once `head` is
+/// restored, the next step overwrites the new entry.
 typedef struct
 {
     tribo_relay_latch_t latch;

@@ -1,8 +1,8 @@
-// Guard against over-compensation, a text for both arithmetics: fades the friction added to u when it does harm. It stands behind
-// guard_f32.h or guard_q31.h, which have its words.
+// The guard against over-compensation fades the friction that is added to u when that friction does harm. This text
+// serves both arithmetics and is included by guard_f32.h or guard_q31.h.
 //
-// Its inputs are r, y and the friction f that any compensation adds to u. A play (Krasnosel'skii & Pokrovskii, "Systems with
-// Hysteresis", ch. 2) separates reversals of f from noise: a position that f drags along once it is `half` away,
+// Its inputs are r, y and the friction f that any compensation adds to u. A play (Krasnosel'skii & Pokrovskii, "Systems
+// with Hysteresis", ch. 2) separates reversals of f from noise: a position that f drags along once it is `half` away,
 //
 //     position = min(f + half, max(f - half, position))
 //
@@ -13,22 +13,23 @@
 //
 // and judges at the reversal:
 //
-//     hunting      the last reversal was less than quick_time_s ago, and W is over turn_n stray_n: f drives y against r.
-//                  16 in succession.
+//     hunting      the last reversal was less than quick_time_s ago, and W exceeds turn_n stray_n: f drives y against r.
+//                  The guard acts after 16 in succession.
 //     overshoot    the largest error of the wrong sign (y beyond r in the direction of f) exceeds that of the right sign by
-//                  stray_n: F broke away too early and too far. 4 in succession.
+//                  stray_n: F broke away too early and too far. The guard acts after 4 in succession.
 //
-// An undercompensated arm breaks away late, with an error of the right sign. Its friction reverses with r, at most a few times
-// more. Over the closed-loop tables of research/compensation.md no more than 8 reversals and 2 overshoots follow one another with
-// the feed-forward; a hunting loop has 10 to 30 reversals a second.
+// An undercompensated arm breaks away late, with an error of the right sign. Its friction reverses with r, at most a
+// few times more. Over the closed-loop tables of research/compensation.md no more than 8 reversals and 2 overshoots
+// follow one another with the feed-forward; a hunting loop has 10 to 30 reversals a second.
 //
-// In succession, and without memory: one good turn begins anew. What counts are turns, each of which is an event of 0.1 s and more, and no
-// ticks that a loose contact makes good in between. Counting down by 1 instead was tried on 75 rigs that are not broken: overshoot, of
-// which every second or third break-away may be one, was found in 12 of 64 instead of 2, and hunting in about as many as before. What drives u to
-// its limit at a loose contact is the controller, with friction faded as well: the drive's levels (firmware/app/faults.h) stop that.
+// One good reversal sets a count back to 0. The guard counts reversals, each of which takes 0.1 s or more, and not
+// ticks, of which a loose contact may make some good in between. Counting down by 1 after a good reversal was tried on
+// 75 rigs that are not broken. It reported overshoot on 12 of 64 instead of 2, because every second or third break-away
+// may be an overshoot, and hunting on about as many as before. At a loose contact it is the controller that drives u to
+// its limit, even with friction faded: the drive's levels (firmware/app/faults.h) stop that.
 //
-// The cause is latched, and the fade of friction goes from 1 to 0 within fade_time_s; a restore undoes it as slowly.
-// One product a tick, no loops. Not synchronized: one state, one tick.
+// The cause is latched, and the fade of friction goes from 1 to 0 within fade_time_s. A restore undoes the fade as
+// slowly. A tick has one product and no loops. Not synchronized: one state, one tick.
 
 #define GUARD_TURNS  16u
 #define GUARD_STRAYS 4u
@@ -37,14 +38,14 @@ typedef NAME(guard, params_t) guard_params_t;
 typedef NAME(guard, state_t) guard_state_t;
 typedef NAME(play, state_t) play_state_t;
 
-/// A play at `position`, not yet moved: sign 0. A corrupt position counts as the nearest end of the range.
+/// Puts a play at `position`, not yet moved (sign 0). A corrupt position counts as the nearest limit of the range.
 static inline void guard_play_reset(play_state_t *state, force_t position)
 {
     state->OF(position) = within_of(position, -PLAY_MAX, PLAY_MAX);
     state->sign         = 0;
 }
 
-/// One sample of the input `x`, which drags the position along from `half` away.
+/// Takes one sample of the input `x`, which drags the position along once it is `half` away.
 static inline void guard_play_step(play_state_t *state, force_t x, force_t half)
 {
     const force_t before = state->OF(position);
@@ -62,7 +63,7 @@ static inline void guard_play_step(play_state_t *state, force_t x, force_t half)
     }
 }
 
-/// The number in succession, including this one.
+/// Counts events in succession up to `most`: `before` plus 1 if this reversal is one more, otherwise 0.
 static inline uint8_t guard_count(uint8_t before, bool one_more, uint8_t most)
 {
     const uint8_t after = before < most ? (uint8_t)(before + 1u) : most;
@@ -73,7 +74,7 @@ static inline tribo_guard_cause_t guard_judge(tribo_guard_cause_t latched, uint8
 {
     if (latched != TRIBO_GUARD_NONE)
     {
-        return latched == TRIBO_GUARD_HUNTING ? latched : TRIBO_GUARD_OVERSHOOT; // also for a corrupt one
+        return latched == TRIBO_GUARD_HUNTING ? latched : TRIBO_GUARD_OVERSHOOT; // a corrupt cause counts, too
     }
     if (turns >= GUARD_TURNS)
     {
@@ -91,7 +92,7 @@ static inline void guard_begin(guard_state_t *state)
     state->OF(low)  = 0;
 }
 
-/// f has reversed after moving with `sign`, -1 or 1; 0 before its first move.
+/// Judges a reversal of f, which has moved with `sign`, -1 or 1. 0 is the first move, with nothing to judge.
 static inline void guard_turn(const guard_params_t *params, guard_state_t *state, int32_t sign)
 {
     if (sign != 0)
@@ -107,7 +108,7 @@ static inline void guard_turn(const guard_params_t *params, guard_state_t *state
     guard_begin(state);
 }
 
-/// A tick of good inputs: reference, reading and the friction in u.
+/// Takes a tick of good inputs: the reference, the reading and the friction in u.
 static inline void guard_watch(const guard_params_t *params,
                                guard_state_t        *state,
                                force_t               r_in,
@@ -125,7 +126,7 @@ static inline void guard_watch(const guard_params_t *params,
         state->OF(y)   = y;
         guard_play_reset(&state->play, f);
     }
-    if (state->since < params->quick_ticks) // later W is not asked for
+    if (state->since < params->quick_ticks) // a later reversal is not quick, and W is not used
     {
         state->work = guard_work(state, r, y, f);
         state->since++;

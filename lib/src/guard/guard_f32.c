@@ -22,10 +22,11 @@ tribo_guard_f32_config_t tribo_guard_f32_tuned(float breakaway_n, float lag_s, f
 {
     tribo_guard_f32_config_t tuned = tribo_guard_f32_default();
 
-    tuned.turn_n  = breakaway_n / 3.14f;
-    tuned.stray_n = larger(breakaway_n / 15.7f, 8.0f * noise_n);
-    tuned.quick_time_s =
-        limit_f32(16.0f * lag_s, 20.0f * sample_time_s, 1.0e5f * sample_time_s); // the guard's own bound
+    tuned.turn_n       = breakaway_n / 3.14f;
+    tuned.stray_n      = larger(breakaway_n / 15.7f, 8.0f * noise_n);
+    tuned.quick_time_s = limit_f32(16.0f * lag_s,
+                                   20.0f * sample_time_s,
+                                   1.0e5f * sample_time_s); // upper limit of tribo_guard_f32_prepare
     return tuned;
 }
 
@@ -62,7 +63,7 @@ tribo_status_t tribo_guard_f32_prepare(tribo_guard_f32_params_t       *params,
     {
         return TRIBO_ERR_GUARD_QUICK_TIME;
     }
-    if (!(config->fade_time_s <= 1.0e6f * sample_time_s)) // of 1 less a smaller step only 1 would be left
+    if (!(config->fade_time_s <= 1.0e6f * sample_time_s)) // 1 less a smaller step would round to 1
     {
         return TRIBO_ERR_GUARD_FADE_TIME;
     }

@@ -1,4 +1,4 @@
-// The guard's words in single precision, beside number/words_f32.h; guard.h and step.h are its texts.
+// The guard's operations in single precision, in addition to number/words_f32.h. guard.h and step.h use them.
 
 #ifndef TRIBO_GUARD_GUARD_F32_H
 #define TRIBO_GUARD_GUARD_F32_H
@@ -11,7 +11,7 @@
 
 #define PLAY_MAX TRIBO_F32_FORCE_MAX_N
 
-/// Forces are taken as they are.
+/// Float needs no conversion of forces.
 static inline force_t guard_signal(force_t x)
 {
     return x;
@@ -28,7 +28,7 @@ static inline bool guard_is_credible(force_t r, force_t y, force_t f)
            !exceeds(f, TRIBO_F32_FORCE_MAX_N);
 }
 
-/// A corrupt play would stick.
+/// True if the play is corrupt, e.g. a NaN, which no input could move again.
 static inline bool guard_is_corrupt(const tribo_guard_f32_state_t *state)
 {
     return exceeds(state->play.position_n, TRIBO_F32_FORCE_MAX_N);

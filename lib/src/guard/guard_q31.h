@@ -1,7 +1,8 @@
-// The guard's words in fixed point, beside number/words_q31.h; guard.h and step.h are its texts.
+// The guard's operations in fixed point, in addition to number/words_q31.h. guard.h and step.h use them.
 //
-// Forces are Q31. Inside, r and y are taken in 2^-28 full scales and f in 2^-29, rounded towards zero, so mirrored forces give the
-// same verdict. W is 64 bits wide, in 2^-43 full scales squared: quick_ticks of full-scale turns, up to 2^17, fit.
+// Forces are Q31. The guard converts r and y to units of 2^-28 full scales and f to 2^-29, rounded towards zero, so
+// mirrored forces give the same verdict. W has 64 bits, in units of 2^-43 full scales squared: up to 2^17 quick_ticks
+// of full-scale moves fit.
 
 #ifndef TRIBO_GUARD_GUARD_Q31_H
 #define TRIBO_GUARD_GUARD_Q31_H
@@ -14,33 +15,34 @@
 
 #define PLAY_MAX (INT32_C(1) << 30) // so that x - half and x + half fit
 
-/// r or y, up to 2^28.
+/// r or y in the guard's units, up to 2^28.
 static inline force_t guard_signal(force_t x)
 {
     return x / 8;
 }
 
-/// f, up to 2^29.
+/// f in the guard's units, up to 2^29.
 static inline force_t guard_friction(force_t f)
 {
     return f / 4;
 }
 
-/// What lies beyond the scale, or is no number, is put at its ends, which follow one another: 2^31 - 1, -2^31, -(2^31 - 1).
+/// False if r or y is at a limit of the scale, which stands for an input beyond the scale or no number at all. Taken as
+/// unsigned, these limits are three consecutive numbers: 2^31 - 1, -2^31, -(2^31 - 1).
 static inline bool guard_is_credible(force_t r, force_t y, force_t f)
 {
     (void)f;
     return (uint32_t)r - (uint32_t)TRIBO_Q31_MAX > 2u && (uint32_t)y - (uint32_t)TRIBO_Q31_MAX > 2u;
 }
 
-/// A corrupt play recovers.
+/// No integer can make the play stick: it recovers by itself.
 static inline bool guard_is_corrupt(const tribo_guard_q31_state_t *state)
 {
     (void)state;
     return false;
 }
 
-/// W with the work of this tick. |moved| is up to 3 2^29, so W goes by up to 3 2^44 in each of up to 2^17 ticks.
+/// W with the work of this tick. |moved| is at most 3 2^29, so W changes by at most 3 2^44 in each of up to 2^17 ticks.
 static inline wide_t guard_work(const tribo_guard_q31_state_t *state, force_t r, force_t y, force_t f)
 {
     const int32_t moved = (int32_t)((uint32_t)(y - 2 * r) - ((uint32_t)state->y - 2u * (uint32_t)state->r));

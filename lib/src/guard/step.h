@@ -1,4 +1,4 @@
-// The functions of a running guard, a text for both arithmetics.
+// The functions of a running guard. This text serves both arithmetics.
 
 #define guard_reset   NAME(guard, reset)
 #define guard_restore NAME(guard, restore)

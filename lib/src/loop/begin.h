@@ -1,15 +1,16 @@
-// The first half of a tick, up to the controller's error: a text for both arithmetics, behind loop_f32.h or loop_q31.h.
+// The first half of a tick, up to the controller's error. This text serves both arithmetics and is included after
+// loop_f32.h or loop_q31.h.
 
 /// What the first half leaves to the second.
 typedef struct
 {
     loop_functions_t functions;
-    void            *memory;   ///< of the method; null: the controller is alone
-    force_t          friction; ///< f^ of the last tick, faded
+    void            *memory;   ///< memory of the method; null if the controller runs alone
+    force_t          friction; ///< f^ of the last tick, faded by the guard
 } loop_begun_t;
 
-/// The guard judges the friction added in this tick, and sets the fade for the next. Returns f^ of the last tick, faded. `tick` is of
-/// the method, if any.
+/// The guard judges the friction added in this tick, and sets the fade for the next one. Returns f^ of the last tick,
+/// faded. `tick` belongs to the method and is null without one.
 static force_t guarded_friction(const loop_params_t *params,
                                 loop_state_t        *state,
                                 const loop_tick_t   *tick,
@@ -32,7 +33,8 @@ static force_t guarded_friction(const loop_params_t *params,
     return f;
 }
 
-/// The controller's error by the method; `e` where the method has no memory, and the controller is alone.
+/// The controller's error, computed by the method. If the method has no memory the controller runs alone, with the
+/// error `e`.
 static force_t method_error(const loop_params_t *params,
                             loop_state_t        *state,
                             void                *memory,
@@ -50,7 +52,7 @@ static force_t method_error(const loop_params_t *params,
     return functions->error(params, memory, r, y, loop_fade(params, state));
 }
 
-/// Counts a bad input, takes other params over, and asks the method and the guard. Returns the controller's error.
+/// Counts a bad input, takes over new params, and calls the method and the guard. Returns the controller's error.
 static inline force_t loop_begin(const loop_params_t *params,
                                  loop_state_t        *state,
                                  force_t              r,

@@ -8,7 +8,7 @@
 
 #include <stddef.h>
 
-#define PI_MAX 1.0e5f // of kp, and of ki a second
+#define PI_MAX 1.0e5f // largest kp, and largest ki_per_s
 
 #define ROW(...) PARAMETERS_ROW(tribo_force_loop_f32_config_t, __VA_ARGS__)
 const tribo_parameter_t tribo_loop_parameters[] = {TRIBO_SAMPLE_PARAMETERS(ROW) TRIBO_INPUT_PARAMETERS(ROW)
@@ -37,7 +37,7 @@ tribo_force_loop_f32_config_t tribo_force_loop_f32_rig(void)
     return rig;
 }
 
-/// Whether the sections are the paper's controller, number by number.
+/// True if each number of the sections is that of the paper's controller.
 static bool is_papers(const tribo_controller_f32_config_t *config)
 {
     const uint32_t each    = sizeof(tribo_biquad_f32_section_t) / sizeof(float);
@@ -52,7 +52,8 @@ static bool is_papers(const tribo_controller_f32_config_t *config)
     return same;
 }
 
-/// kp + ki h/2 (z + 1)/(z - 1) with d = z - 1, and a pole at z = 0 that a zero cancels; without ki two such poles.
+/// The PI kp + ki h/2 (z + 1)/(z - 1) as a section in d = z - 1. Its second pole is at z = 0, where a zero cancels it.
+/// Without ki both poles are cancelled there.
 static tribo_biquad_f32_section_t pi_section(const tribo_pi_t *pi, float h)
 {
     const float step = pi->ki_per_s * h;
@@ -61,7 +62,7 @@ static tribo_biquad_f32_section_t pi_section(const tribo_pi_t *pi, float h)
                        : (tribo_biquad_f32_section_t){.b0 = b0, .b1 = b0, .b2 = 0.25f * b0, .a1 = 1.0f, .a2 = 0.25f};
 }
 
-/// Sections as they are, or the PI as one.
+/// Gives the controller of `config`: its sections, or its PI as the one section `section`.
 static tribo_status_t name_controller(tribo_controller_f32_config_t       *controller,
                                       tribo_biquad_f32_section_t          *section,
                                       const tribo_force_loop_f32_config_t *config)
@@ -119,7 +120,7 @@ tribo_status_t tribo_force_loop_f32_prepare(tribo_force_loop_f32_params_t       
     return status;
 }
 
-/// A method or a guard; TRIBO_OK where there is none.
+/// Makes a method or a guard. Returns TRIBO_OK if the config names none.
 static tribo_status_t make_part(const tribo_loop_part_t             *part,
                                 const tribo_force_loop_f32_config_t *config,
                                 tribo_force_loop_f32_params_t       *made)

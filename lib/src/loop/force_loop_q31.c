@@ -7,7 +7,7 @@
 #include "loop_q31.h"
 #include "prepare.h"
 
-/// A method or a guard; TRIBO_OK where there is none.
+/// Makes a method or a guard. Returns TRIBO_OK if the config names none.
 static tribo_status_t make_part(const tribo_loop_part_t             *part,
                                 const tribo_force_loop_q31_config_t *config,
                                 tribo_force_loop_q31_params_t       *made)
@@ -19,7 +19,7 @@ static tribo_status_t make_part(const tribo_loop_part_t             *part,
     return part->make_f32 == NULL ? TRIBO_OK : TRIBO_ERR_PART;
 }
 
-/// All of the init but the method and the guard.
+/// Does all of the init except the method and the guard.
 static tribo_status_t prepare(tribo_force_loop_q31_params_t       *made,
                               const tribo_force_loop_q31_config_t *config,
                               tribo_headroom_q31_t                *headroom)

@@ -1,7 +1,7 @@
-// A change of params between two ticks, a text for both arithmetics. u continues from its value under the old params, even if gain,
-// controller, friction and method have changed.
+// A change of params between two ticks. u continues from its value under the old params, even if gain, controller,
+// friction and method have changed. This text serves both arithmetics.
 
-/// The params of the last tick; `params` after a start or if the pointer is corrupt, which means no change.
+/// The params of the last tick. After a start, or if their pointer is corrupt, returns `params`, which means no change.
 static const loop_params_t *active(const loop_state_t *state, const loop_params_t *params)
 {
     const bool good = state->active != NULL && loop_sealed(state->active, state->active_seal);
@@ -15,8 +15,8 @@ static force_t paper_term(const loop_params_t *params, const loop_state_t *state
     return loop_term(params, loop_faded(params, state), &not_counted);
 }
 
-/// The last tick under the params `from`: of the method, or of a controller alone, with the error `e` and the reading `y` where the
-/// method had no tick.
+/// Error, reading and term of the last tick under the params `from`. Where the method had no tick, the error `e` and
+/// the reading `y` take their place.
 static loop_tick_t last_of(const loop_params_t *from, const loop_state_t *state, force_t e, force_t y)
 {
     loop_tick_t              last = {.OF(e) = e, .OF(y) = y};
@@ -44,7 +44,8 @@ static force_t unsaturated(const loop_params_t *from, loop_state_t *state, force
     return plus(loop_output(&from->controller, &state->controller, e), last.OF(term));
 }
 
-/// From another method to the compensator: it starts at the sensor's reading, with the friction that holds the arm there.
+/// Changes from another method to the compensator, which starts at the sensor's reading with the friction that holds
+/// the arm there.
 static void enter_compensator(const loop_params_t *from,
                               const loop_params_t *params,
                               loop_state_t        *state,
@@ -52,17 +53,17 @@ static void enter_compensator(const loop_params_t *from,
                               force_t              y,
                               force_t              e)
 {
-    const force_t going = unsaturated(from, state, r, y);
-    const force_t u     = within_of(going, params->controller.OF(u_min), params->controller.OF(u_max));
-    const force_t F     = beyond(y, params->OF(input_max)) ? u : y;
-    state->OF(friction) = compensator_enter(&params->compensator, &state->compensator, u, F);
+    const force_t u_before = unsaturated(from, state, r, y);
+    const force_t u        = within_of(u_before, params->controller.OF(u_min), params->controller.OF(u_max));
+    const force_t F        = beyond(y, params->OF(input_max)) ? u : y;
+    state->OF(friction)    = compensator_enter(&params->compensator, &state->compensator, u, F);
 
-    const wide_t  offset = going;
+    const wide_t  offset = u_before;
     const force_t v      = loop_output(&from->controller, &state->controller, e);
     loop_convert(from, params, state, e, offset - paper_term(params, state) - v);
 }
 
-/// To a method, from another one or from other params of the same.
+/// Changes to a method, from another method or from other params of the same one.
 static void enter_method(const loop_params_t *from,
                          const loop_params_t *params,
                          loop_state_t        *state,
@@ -70,18 +71,18 @@ static void enter_method(const loop_params_t *from,
                          force_t              y,
                          force_t              e)
 {
-    void *const       memory = loop_memory(state);
-    const loop_tick_t last   = last_of(from, state, e, y);
-    const force_t     going  = unsaturated(from, state, r, y);
-    const bool        anew   = from->method == NULL || from->method->functions != params->method->functions;
-    // From params of the same method: with the error of the last tick, which is close to this one's.
+    void *const       memory   = loop_memory(state);
+    const loop_tick_t last     = last_of(from, state, e, y);
+    const force_t     u_before = unsaturated(from, state, r, y);
+    const bool        anew     = from->method == NULL || from->method->functions != params->method->functions;
+    // If only the params of the method change, convert with its error of the last tick, which is close to this tick's.
     loop_convert(from, params, state, anew ? e : last.OF(e), 0);
     if (memory != NULL)
     {
         loop_functions_t functions;
         params->method->functions(&functions);
         const force_t v = loop_output(&params->controller, &state->controller, e);
-        functions.enter(memory, anew ? minus(going, v) : last.OF(term), anew);
+        functions.enter(memory, anew ? minus(u_before, v) : last.OF(term), anew);
     }
 }
 
@@ -106,7 +107,7 @@ void loop_change(const loop_params_t *params, loop_state_t *state, force_t r, fo
         enter_compensator(from, params, state, r, y, e);
         loop_activate(state, params);
     }
-    else // the change of u by the new gain in this tick; change_friction follows
+    else // makes up for the new gain in this tick; loop_change_friction does so for the new friction
     {
         const wide_t will = paper_term(params, state);
         loop_convert(from, params, state, e, -(will - paper_term(from, state)));

@@ -1,4 +1,5 @@
-// The loop's words in single precision, beside number/words_f32.h; loop.h, step.h and hand_over.h are its texts.
+// The loop's operations in single precision, in addition to number/words_f32.h. loop.h, begin.h, step.h, own.h and
+// hand_over.h use them.
 
 #ifndef TRIBO_LOOP_LOOP_F32_H
 #define TRIBO_LOOP_LOOP_F32_H
@@ -21,7 +22,7 @@ static inline void loop_reset_counters(loop_state_t *state)
     state->bad_inputs = 0;
 }
 
-/// The counter of errors and terms that do not fit: none here.
+/// The counter of errors and terms that do not fit. In float all of them fit, so there is none.
 static inline uint32_t *loop_saturated(loop_state_t *state)
 {
     (void)state;
@@ -34,7 +35,7 @@ static inline force_t loop_error(loop_state_t *state, force_t r, force_t y)
     return r - y;
 }
 
-/// The paper's friction term of u, gain f^.
+/// gain f^: the term of the paper's method.
 static inline force_t loop_term(const loop_params_t *params, force_t f, const uint32_t *saturated)
 {
     (void)saturated;
@@ -47,14 +48,14 @@ static inline wide_t loop_jump(const loop_params_t *params, force_t was, force_t
     return params->gain * (will - was) * fade;
 }
 
-/// v, of the cascade's last node.
+/// v, computed from the cascade's last node.
 static inline force_t loop_v(const loop_controller_t *controller, force_t last)
 {
     (void)controller;
     return last;
 }
 
-/// u, of the cascade's last node and the term; the controller's states advance.
+/// u, computed from the cascade's last node and the term. The controller's states advance.
 static inline force_t loop_apply(const loop_controller_t        *controller,
                                  tribo_controller_f32_state_t   *state,
                                  force_t                         e,
@@ -66,7 +67,7 @@ static inline force_t loop_apply(const loop_controller_t        *controller,
     return controller_f32_apply(controller, state, e, last, term, nodes, signals);
 }
 
-/// The controller's output for `e`; no state advances.
+/// The controller's output for `e`. No state advances.
 static inline force_t loop_output(const loop_controller_t *controller, tribo_controller_f32_state_t *state, force_t e)
 {
     loop_nodes_t nodes;
@@ -83,7 +84,7 @@ static inline void loop_convert(const loop_params_t *from,
     tribo_controller_f32_change(&from->controller, &to->controller, &state->controller, e, offset);
 }
 
-/// v of a controller that is not this library's: a bad one is counted, and 0.
+/// v of the caller's own controller. A bad value is counted and becomes 0.
 static inline force_t loop_credible(loop_state_t *state, force_t v)
 {
     if (!exceeds(v, TRIBO_F32_FORCE_MAX_N))

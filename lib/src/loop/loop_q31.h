@@ -1,4 +1,5 @@
-// The loop's words in fixed point, beside number/words_q31.h; loop.h, step.h and hand_over.h are its texts.
+// The loop's operations in fixed point, in addition to number/words_q31.h. loop.h, begin.h, step.h, own.h and
+// hand_over.h use them.
 
 #ifndef TRIBO_LOOP_LOOP_Q31_H
 #define TRIBO_LOOP_LOOP_Q31_H
@@ -35,7 +36,7 @@ static inline force_t loop_error(loop_state_t *state, force_t r, force_t y)
     return tribo_q31_subtract(r, y, &state->saturated);
 }
 
-/// The paper's friction term of u, gain f^: Q29 x Q31, rounded down to Q31.
+/// gain f^: the term of the paper's method. Q29 x Q31, rounded down to Q31.
 static inline force_t loop_term(const loop_params_t *params, force_t f, uint32_t *saturated)
 {
     return tribo_q31_narrow(tribo_q31_multiply(params->gain, f), LOOP_Q31_GAIN_FRACTION, saturated);
@@ -49,14 +50,14 @@ static inline wide_t loop_jump(const loop_params_t *params, force_t was, force_t
     return after - loop_term(params, faded_by(was, fade), &not_counted);
 }
 
-/// v, of the cascade's last node.
+/// v, computed from the cascade's last node.
 static inline force_t loop_v(const loop_controller_t *controller, force_t last)
 {
     uint32_t not_counted = 0;
     return tribo_q31_widen(last, controller->cascade.output_scale, &not_counted);
 }
 
-/// u, of the cascade's last node and the term; the controller's states advance. The nodes hold the error.
+/// u, computed from the cascade's last node and the term. The controller's states advance. `nodes` holds the error.
 static inline force_t loop_apply(const loop_controller_t        *controller,
                                  tribo_controller_q31_state_t   *state,
                                  force_t                         e,
@@ -69,7 +70,7 @@ static inline force_t loop_apply(const loop_controller_t        *controller,
     return controller_q31_apply(controller, state, last, term, nodes, signals);
 }
 
-/// The controller's output for `e`, within 32 bits; no state advances.
+/// The controller's output for `e`, saturated to 32 bits. No state advances.
 static inline force_t loop_output(const loop_controller_t *controller, tribo_controller_q31_state_t *state, force_t e)
 {
     loop_nodes_t   nodes;
@@ -89,14 +90,14 @@ static inline void loop_convert(const loop_params_t *from,
     tribo_controller_q31_change(&from->controller, &to->controller, &state->controller, e, narrow(offset));
 }
 
-/// v of a controller that is not this library's: any number is one.
+/// v of the caller's own controller. Every int32_t is a valid value.
 static inline force_t loop_credible(const loop_state_t *state, force_t v)
 {
     (void)state;
     return v;
 }
 
-/// Member by member: a struct would be cleared by a call.
+/// Writes 0 member by member: assigning a struct would call memset.
 static inline void loop_rest(tribo_compensator_q31_signals_t *signals)
 {
     signals->force           = 0;

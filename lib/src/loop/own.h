@@ -1,4 +1,5 @@
-// A tick in two halves, with the caller's controller between them: a text for both arithmetics, behind loop_f32.h or loop_q31.h.
+// A tick in two halves, between which the caller runs a controller of its own. This text serves both arithmetics and is
+// included after loop_f32.h or loop_q31.h.
 
 #include "begin.h"
 

@@ -1,4 +1,4 @@
-// One tick of the loop, Fig. 9, for every method: a text for both arithmetics.
+// One tick of the loop, Fig. 9, for every method. This text serves both arithmetics.
 
 #include "begin.h"
 
@@ -41,7 +41,7 @@ tribo_status_t loop_start(loop_state_t *state, const loop_params_t *params, bool
 
 force_t loop_step(const loop_params_t *params, loop_state_t *state, force_t r, force_t y, loop_signals_t *signals)
 {
-    const loop_method_t *const method = params->method; // null: the paper's
+    const loop_method_t *const method = params->method; // null means the paper's method
     loop_signals_t             unseen;
     loop_signals_t *const      seen = signals != NULL ? signals : &unseen; // cppcheck-suppress uninitvar
 
@@ -65,7 +65,7 @@ force_t loop_step(const loop_params_t *params, loop_state_t *state, force_t r, f
     const force_t u         = loop_apply(controller, &state->controller, e, last, term, &nodes, &seen->controller);
     seen->OF(friction_term) = term;
 
-    // The friction of this tick, by the paper's method, or what another takes from the tick.
+    // The paper's method computes the friction of this tick. Another method takes what it needs from the tick.
     if (state->active != params)
     {
         loop_change_friction(params, state, e, u);

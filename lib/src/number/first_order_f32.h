@@ -5,8 +5,8 @@
 
 #include "ieee_f32.h"
 
-/// 1 - e^-x for x >= 0: the step response of a pole p after a tick h, x = p h.
-/// Taylor series of x / 2^m, then m doublings 1 - e^-2x = E (2 - E), which keep the precision of a small x.
+/// 1 - e^-x for x >= 0: the step response of a pole p after a tick h, with x = p h.
+/// E is a Taylor series of x / 2^m. Then m doublings, 1 - e^-2x = E (2 - E), keep the precision of a small x.
 static inline float first_order_f32_part(float x)
 {
     float    small    = x;
@@ -28,7 +28,7 @@ static inline float first_order_f32_part(float x)
     return E;
 }
 
-/// h/(T + h): the part of a low pass of time constant T.
+/// h/(T + h): the part of a low pass with time constant T.
 static inline float first_order_f32_lag(float time_s, float sample_time_s)
 {
     return sample_time_s / (time_s + sample_time_s);

@@ -1,5 +1,5 @@
-// Single precision by IEEE 754, evaluated exactly as written, so that all targets give the same bits. Every f32 source
-// includes this file. It refuses a build that would round differently.
+// Single precision by IEEE 754, evaluated exactly as written, so that all targets give the same bits. Every source that
+// computes in float includes this file. It refuses a build that would round differently.
 
 #ifndef TRIBO_NUMBER_IEEE_F32_H
 #define TRIBO_NUMBER_IEEE_F32_H
@@ -8,18 +8,20 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-// -ffinite-math-only (part of -ffast-math and -Ofast) assumes that no NaN occurs; every range check here must catch NaNs.
+// -ffinite-math-only (part of -ffast-math and -Ofast) assumes that no NaN occurs; every range check here must catch
+// NaNs.
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "tribo needs IEEE arithmetic: build it without -Ofast, -ffast-math and -ffinite-math-only"
 #endif
 
-// The parts of -funsafe-math-optimizations that change bits, as far as gcc defines macros; clang's are switched off below.
+// These are the parts of -funsafe-math-optimizations that change bits and for which gcc defines macros. Those of clang
+// are switched off below.
 #if defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || defined(__NO_SIGNED_ZEROS__)
 #error "tribo needs IEEE arithmetic: build it without -funsafe-math-optimizations and its parts"
 #endif
 
-// 1, 2: float is evaluated in a wider format and rounded when stored, as on x87. 16: only _Float16 is evaluated in its own
-// format, gcc's default on processors with half-precision arithmetic (Cortex-M55, AVX512-FP16).
+// With 1 and 2 float is evaluated in a wider format and rounded when stored, e.g. on x87. With 16 only _Float16 is
+// evaluated in its own format; gcc sets it on processors with half-precision arithmetic (Cortex-M55, AVX512-FP16).
 #if FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16
 #error "tribo needs float evaluated as float: build it without -ffp-eval-method, on 32-bit x86 with -msse2 -mfpmath=sse"
 #endif
@@ -27,8 +29,9 @@
 // No fused multiply-add: it rounds once where a product and a sum round twice (tests/identity).
 #if defined(__clang__)
 #pragma clang fp contract(off) reassociate(off) reciprocal(off)
-#if !defined(__wasm__)               // has no fused multiply-add, and clang 19 crashes of it
-#pragma clang fp exceptions(maytrap) // -ffp-contract=fast respects only this (clang 19 for AArch64 not even this)
+#if !defined(__wasm__) // WebAssembly has no fused multiply-add, and clang 19 crashes on this pragma
+#pragma clang fp exceptions(                                                                                           \
+    maytrap) // the only pragma that -ffp-contract=fast respects (clang 19 for AArch64 ignores it, too)
 #endif
 #if __has_warning("-Wnan-infinity-disabled")
 #pragma clang diagnostic push
@@ -64,7 +67,7 @@ static inline float from_bits_f32(uint32_t bits)
     return same.value;
 }
 
-/// |x|, +0 for -0.
+/// |x|. The result is +0 for -0.
 static inline float magnitude(float x)
 {
 #if defined(__GNUC__) && !defined(TRIBO_PORTABLE_BUILTINS)
@@ -102,20 +105,20 @@ static inline void count(uint32_t *counter)
     }
 }
 
-/// b where one of them is no number.
+/// The larger number; b if one of them is a NaN.
 static inline float larger(float a, float b)
 {
     return a > b ? a : b;
 }
 
-/// x within min to max.
+/// x limited to min..max.
 static inline float limit_f32(float x, float min, float max)
 {
     const float below = x < max ? x : max;
     return below > min ? below : min;
 }
 
-/// x within +-max; a NaN becomes max.
+/// x limited to +-max. A NaN becomes max.
 static inline float bound_f32(float x, float max)
 {
     if (exceeds(x, max))
@@ -125,7 +128,8 @@ static inline float bound_f32(float x, float max)
     return x;
 }
 
-/// sqrt(x) or up to 2e-6 of it more: Newton's method, from within 6 % by half the exponent, stays above.
+/// sqrt(x), or up to 2e-6 of it more; 0 for x <= 0. Halving the exponent gives a start within 6 %. The two steps of
+/// Newton's method that follow approach the root from above.
 static inline float root_f32(float x)
 {
     float y = from_bits_f32((bits_f32(x) >> 1) + 0x1fc00000u);

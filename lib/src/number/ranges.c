@@ -8,7 +8,7 @@ static float number_at(const tribo_parameter_t *row, const void *config)
     return row->is_whole != 0u ? (float)*(const uint32_t *)member : *(const float *)member;
 }
 
-/// The first of `count` rows whose member is out of its range; `count` if there is none.
+/// Index of the first of `count` rows whose member is out of its range, `count` if all are inside.
 static uint32_t first_outside(const tribo_parameter_t *rows, uint32_t count, const void *config)
 {
     uint32_t i = 0;

@@ -1,4 +1,4 @@
-// The checks that every set-up makes of its config, from the rows of tribo/parameters.h.
+// Every set-up checks its config with these functions. The ranges are the rows of tribo/parameters.h.
 
 #ifndef TRIBO_NUMBER_RANGES_H
 #define TRIBO_NUMBER_RANGES_H
@@ -10,14 +10,14 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// TRIBO_OK, or the status of the first of `count` members of `config` that is out of its range.
+/// Checks `count` members of `config`. Returns TRIBO_OK or the status of the first one that is out of its range.
 tribo_status_t tribo_parameters_check(const tribo_parameter_t *rows, uint32_t count, const void *config);
 
-/// The same of a whole table.
+/// Does what tribo_parameters_check does, for all rows of an array.
 #define PARAMETERS_CHECK(rows, config) tribo_parameters_check(rows, sizeof(rows) / sizeof((rows)[0]), config)
 
-/// Says in `refusal`, unless it is null, that number `member` of element `index` of a list is refused. `rows` are of the element's
-/// numbers. Returns `status`.
+/// Writes to `refusal`, unless it is null, that number `member` of element `index` of a list is refused. `rows` has a
+/// row for each number of an element. Returns `status`.
 tribo_status_t tribo_element_refuse(tribo_status_t           status,
                                     const tribo_parameter_t *rows,
                                     uint32_t                 member,
@@ -25,18 +25,18 @@ tribo_status_t tribo_element_refuse(tribo_status_t           status,
                                     uint32_t                 index,
                                     tribo_refusal_t         *refusal);
 
-/// TRIBO_OK, or the refusal of the first of `count` numbers of an element that is out of its range.
+/// Checks the `count` numbers of an element. Returns TRIBO_OK, or refuses the first one that is out of its range.
 tribo_status_t tribo_element_check(const tribo_parameter_t *rows,
                                    uint32_t                 count,
                                    const void              *element,
                                    uint32_t                 index,
                                    tribo_refusal_t         *refusal);
 
-/// A row of an element's number, for the struct `element`.
+/// The row for a number of the struct `element`.
 #define PARAMETERS_ELEMENT(element, symbol, member, key, unit, low_, high_, sentence)                                  \
     {.low = (float)(low_), .high = (float)(high_), .at = offsetof(element, member), .status = TRIBO_ERR_##symbol},
 
-/// A row of a table, for the struct `config` that has its member.
+/// The row for a member of the struct `config`.
 #define PARAMETERS_ROW(config, group, symbol, member, key, unit, low_, high_, standard_, change, number_, ...)         \
     {.low      = (float)(low_),                                                                                        \
      .high     = (float)(high_),                                                                                       \
@@ -47,7 +47,7 @@ tribo_status_t tribo_element_check(const tribo_parameter_t *rows,
      .is_whole = _Generic(((config *)0)->member, float: 0, uint32_t: 1),                                               \
      .protects = TRIBO_##change},
 
-// The range of the one row of a list, for arguments that are in no config.
+// Limits of a parameter that is an argument instead of a member of a config. Its list has this one row.
 #define PARAMETERS_LOW(group, symbol, member, key, unit, low, high, ...)  (float)(low)
 #define PARAMETERS_HIGH(group, symbol, member, key, unit, low, high, ...) (float)(high)
 
@@ -63,7 +63,7 @@ static inline bool full_scale_ok(float full_scale_n)
            full_scale_n <= TRIBO_SCALE_PARAMETERS(PARAMETERS_HIGH);
 }
 
-/// A member's default in an initialiser of its config.
+/// The default of a member, in an initialiser of its config.
 #define PARAMETERS_DEFAULT(group, symbol, member, key, unit, low, high, standard, change, number, condition, sentence) \
     .member = (float)(standard),
 

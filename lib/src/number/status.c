@@ -1,6 +1,7 @@
 #include "tribo/status.h"
 
-// "friction v0_n_per_s: 1e-6 to 1e6 N/s; q31: over m full_scale_n/(6 2^31 h)": the parts that a row lacks are empty, or "-" as a unit.
+// A row becomes a text such as "friction v0_n_per_s: 1e-6 to 1e6 N/s; q31: over m full_scale_n/(6 2^31 h)". A row
+// without a condition has an empty one, and one without a unit has the unit "-".
 // NOLINTBEGIN(bugprone-macro-parentheses): the arguments are literals to be joined
 #define ROW(group, symbol, member, key, unit, low, high, standard, change, number, condition, sentence)                \
     case TRIBO_ERR_##symbol:                                                                                           \

@@ -1,5 +1,6 @@
-// The words in which a text is written that stands once for both arithmetics: compensator.h, guard.h, loop.h and others. These are
-// single precision's; words_q31.h has the same of fixed point. A source includes the words of its arithmetic, then the text.
+// Some code is written once for both arithmetics: compensator.h, guard.h, loop.h and others. It uses the operations and
+// names defined here for single precision, and in words_q31.h for fixed point. A source includes the file of its
+// arithmetic first, then that code.
 
 #ifndef TRIBO_NUMBER_WORDS_F32_H
 #define TRIBO_NUMBER_WORDS_F32_H
@@ -7,14 +8,14 @@
 #include "ieee_f32.h"
 
 #define NAME(noun, name)  tribo_##noun##_f32_##name
-#define INNER(noun, name) noun##_f32_##name ///< of a part with a private header
-#define OF(member)        member##_n        ///< a member of a struct that holds a force
+#define INNER(noun, name) noun##_f32_##name ///< a name from a private header
+#define OF(member)        member##_n        ///< a member that holds a force
 
 typedef float force_t; ///< N
-typedef float wide_t;  ///< a sum of forces, or a product
+typedef float wide_t;  ///< a sum or a product that needs more than 32 bits in Q31
 typedef float fade_t;  ///< a guard's factor on friction, 0 to 1
 
-#define ALL 1.0f ///< of friction
+#define ALL 1.0f ///< the fade_t that leaves all friction
 
 static inline force_t plus(force_t a, force_t b)
 {

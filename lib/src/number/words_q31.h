@@ -1,4 +1,4 @@
-// The words of words_f32.h in fixed point. Sums saturate.
+// The operations and names of words_f32.h in fixed point. Sums saturate.
 
 #ifndef TRIBO_NUMBER_WORDS_Q31_H
 #define TRIBO_NUMBER_WORDS_Q31_H
@@ -12,8 +12,8 @@
 #define OF(member)        member
 
 typedef int32_t  force_t; ///< Q31
-typedef int64_t  wide_t;
-typedef uint32_t fade_t; ///< Q32
+typedef int64_t  wide_t;  ///< a sum or a product that needs more than 32 bits
+typedef uint32_t fade_t;  ///< Q32
 
 #define ALL UINT32_MAX
 
