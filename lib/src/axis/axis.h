@@ -1,4 +1,5 @@
-// A force axis, a text for both arithmetics. It stands behind axis_f32.c's or axis_q31.c's words.
+// A force axis. This text serves both arithmetics and is included by axis_f32.c and axis_q31.c, after the functions
+// that differ.
 
 #include "axis_config.h"
 
@@ -55,7 +56,7 @@ static tribo_status_t start(axis_t *axis, const tribo_axis_f32_config_t *config,
         axis->active     = &axis->params;
         axis->OF(excess) = 0;
         axis->loop       = (NAME(force_loop, state_t)){.memory = &axis->memory.state.tick};
-        (void)NAME(force_loop, start)(&axis->loop, &axis->params.loop, false); // its memory is there
+        (void)NAME(force_loop, start)(&axis->loop, &axis->params.loop, false); // cannot fail: the loop has its memory
     }
     return status;
 }
@@ -143,7 +144,7 @@ tribo_status_t axis_change(axis_t *axis, const axis_params_t *next)
     return TRIBO_OK;
 }
 
-/// The bytes of what is learned: a struct would lose those between its members.
+/// Copies bytes, because a struct assignment may leave out those between members.
 static void copy_bytes(void *to, const void *from, size_t size)
 {
     unsigned char *const       target = (unsigned char *)to;
@@ -189,11 +190,11 @@ tribo_status_t axis_import(axis_t *axis, const axis_blob_t *blob)
     {
         return TRIBO_ERR_BLOB_RIG;
     }
-    const bool    runs = axis->memory.state.mode != TRIBO_FEEDFORWARD_RESTART;
-    const force_t term = axis->memory.state.tick.OF(term);
+    const bool    was_running = axis->memory.state.mode != TRIBO_FEEDFORWARD_RESTART;
+    const force_t term        = axis->memory.state.tick.OF(term);
     NAME(feedforward, reset)(&axis->memory.state);
     copy_bytes(&axis->memory.state.learner, blob->learned, sizeof blob->learned);
-    if (runs)
+    if (was_running) // b takes over, so that u continues with the imported weights
     {
         NAME(force_loop, functions_t) functions;
         NAME(feedforward, method)(&functions);

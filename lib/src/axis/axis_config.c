@@ -3,11 +3,11 @@
 #include "../number/ieee_f32.h"
 #include "../number/ranges.h"
 
-#define LEAST_LAG       0.05f // of the arm, in ticks: its poles stay inside the unit circle in Q31
-#define LAG_MAX         1.0e3f
-#define PRIOR_DEVIATION 0.45f // of the breakaway as configured, before anything is learned
-#define MODEL_DEVIATION 0.02f
-#define OWN_GAIN        1.0e-6f
+#define LEAST_LAG       0.05f   // least lag of the arm, ticks: its poles stay inside the unit circle in Q31
+#define LAG_MAX         1.0e3f  // largest lag of the arm, ticks
+#define PRIOR_DEVIATION 0.45f   // standard deviation of the configured breakaway before learning, as a part of it
+#define MODEL_DEVIATION 0.02f   // standard deviation that learning does not remove, as a part of breakaway
+#define OWN_GAIN        1.0e-6f // kp that the loop's init accepts; that controller never runs
 
 #define WARN_BAD_INPUT 1u
 #define WARN_LIMITED   2u
@@ -53,20 +53,20 @@ static tribo_status_t set_controller(tribo_force_loop_f32_config_t *loop, const 
     {
     case TRIBO_CONTROLLER_PI:
         loop->pi = (tribo_pi_t){controller->kp, controller->ki_per_s};
-        return controller->kp > 0.0f ? TRIBO_OK : TRIBO_ERR_PI; // 0 is no PI in a loop
+        return controller->kp > 0.0f ? TRIBO_OK : TRIBO_ERR_PI; // kp = 0 would mean no PI to the loop
     case TRIBO_CONTROLLER_SECTIONS:
         loop->controller.sections      = controller->sections;
         loop->controller.section_count = controller->section_count;
         return TRIBO_OK;
     case TRIBO_CONTROLLER_OWN:
-        loop->pi.kp = OWN_GAIN; // it does not run
+        loop->pi.kp = OWN_GAIN;
         return TRIBO_OK;
     default:
         return TRIBO_ERR_CONTROLLER;
     }
 }
 
-/// An arm of which the methods read damping over stiffness alone: critically damped.
+/// A critically damped arm with the given lag. The methods use only its damping divided by stiffness.
 static tribo_arm_f32_config_t arm_of(float lag_s, float h)
 {
     const float b = larger(lag_s, LEAST_LAG * h);

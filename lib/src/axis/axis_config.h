@@ -1,4 +1,4 @@
-// From the config of an axis to those of the parts below, for both arithmetics.
+// Derives the configs of loop and guard from that of an axis, and its report, for both arithmetics.
 
 #ifndef TRIBO_AXIS_AXIS_CONFIG_H
 #define TRIBO_AXIS_AXIS_CONFIG_H
@@ -7,31 +7,32 @@
 
 #include <stddef.h>
 
-/// Fills in `loop`, but for the method and the guard. Returns TRIBO_OK or the first status of the fields that the loop's init does not check.
+/// Fills in `loop` except for the method and the guard. Checks the fields that the loop's init does not check. Returns
+/// TRIBO_OK or the status of the first bad one.
 tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop, const tribo_axis_f32_config_t *config);
 
-/// The guard for a loop that its init accepts.
+/// The config of the guard. `loop` must be one that the loop's init accepts.
 tribo_guard_f32_config_t tribo_axis_config_guard(const tribo_force_loop_f32_config_t *loop,
                                                  const tribo_axis_f32_config_t       *config);
 
-/// Breakaway as configured, at the usual force.
+/// Configured breakaway at the usual force, N: the mean of both directions.
 float tribo_axis_config_breakaway(const tribo_force_loop_f32_config_t *loop);
 
 /// CRC-32 (IEEE 802.3) of `size` bytes.
 uint32_t tribo_axis_checksum(const void *bytes, size_t size);
 
-/// Of the numbers that what is learned refers to.
+/// Checksum of the config numbers that learned values refer to. Learned values of another rig do not fit.
 uint32_t tribo_axis_config_rig(const tribo_force_loop_f32_config_t *loop,
                                const tribo_axis_f32_config_t       *config,
                                float                                full_scale_n);
 
-/// One direction of a report.
+/// Fills in one direction of a report.
 void tribo_axis_report_direction(tribo_axis_report_t               *report,
                                  uint32_t                           direction,
                                  const tribo_feedforward_learned_t *learned,
                                  float                              breakaway_n);
 
-/// The warnings of a report that is else complete.
+/// Fills in the warnings of a report that is otherwise complete.
 void tribo_axis_report_warn(tribo_axis_report_t               *report,
                             const tribo_feedforward_learned_t *learned,
                             tribo_guard_cause_t                cause);

@@ -21,7 +21,7 @@ static tribo_feedforward_learned_t axis_learned(const tribo_axis_f32_t *axis, ui
                                          axis->active->usual_force_n);
 }
 
-/// An FPU learns in the tick.
+/// Learns in the tick, because a processor with an FPU has the time for it.
 static void axis_learn_at_once(tribo_axis_f32_t *axis)
 {
     (void)tribo_feedforward_f32_learn(&axis->active->loop, &axis->memory);

@@ -22,7 +22,7 @@ static tribo_feedforward_learned_t axis_learned(const tribo_axis_q31_t *axis, ui
     return tribo_feedforward_q31_learned(&params->loop, &axis->memory.state, direction, force);
 }
 
-/// tribo_axis_q31_learn does, in the background.
+/// Does nothing: the background learns by tribo_axis_q31_learn.
 static void axis_learn_at_once(tribo_axis_q31_t *axis)
 {
     (void)axis;

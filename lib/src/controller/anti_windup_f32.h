@@ -1,8 +1,9 @@
-// One tick of the controller: v = K(z) e, u = limit(v + term), anti-windup. The caller has checked that e is finite.
+// One tick of the controller: v = K(z) e, u = limit(v + term), and anti-windup. The caller has checked that e is
+// finite.
 //
-// Without anti-windup the slow pole of K(z) would integrate e while u is limited, and u would stay at the limit long after e
-// has changed sign. The conditioning technique (Hanus et al., see tribo/controller_f32.h) advances the states with the error
-// that would have given the applied u. While u is within its limits it changes nothing.
+// Without anti-windup the slow pole of K(z) would integrate e while u is limited, and u would stay at the limit long
+// after e has changed sign. The conditioning technique (Hanus et al., see tribo/controller_f32.h) advances the states
+// with the error that would have given the applied u. While u is within its limits it changes nothing.
 //
 //     e --> first half of the cascade --> v --(+ term)--> unsaturated --> limit --> u
 //     e + (u - unsaturated) c/D --> second half of the cascade: the states
@@ -16,7 +17,7 @@
 
 #include <stddef.h>
 
-/// Between two pieces of set-up. `config` may be null.
+/// Calls the pause of `config`, if there is one, between two pieces of set-up. `config` may be null.
 static inline void controller_f32_pause(const tribo_controller_f32_config_t *config)
 {
     if (config != NULL && config->pause != NULL)
@@ -25,17 +26,17 @@ static inline void controller_f32_pause(const tribo_controller_f32_config_t *con
     }
 }
 
-/// As tribo_controller_f32_init. `conditioned_by` is c of the anti-windup: kept if the cascade is stable with it, else chosen;
-/// 0: chosen.
+/// Does what tribo_controller_f32_init does. `conditioned_by` is c of the anti-windup. It is kept if it is not 0 and
+/// the cascade is stable with it. Otherwise the function chooses c and writes it back.
 tribo_status_t tribo_controller_f32_prepare(tribo_controller_f32_params_t       *params,
                                             const tribo_controller_f32_config_t *config,
                                             float                               *conditioned_by);
 
-/// Cascade at rest, counters 0.
+/// Puts the cascade to rest and sets the counters to 0.
 void tribo_controller_f32_reset(tribo_controller_f32_state_t *state);
 
-/// Between two ticks: takes the state over from params `from` to `to`, so that for error `e_n` v is and moves as it would
-/// have under `from`, plus `offset_n` (what v has to make up for in the sum, 0 if nothing). Cannot fail; a bad `e_n` or
+/// Takes the state over from params `from` to `to` between two ticks. For the error `e_n`, v and its change are then
+/// those under `from`, plus `offset_n`: what v has to make up for in the sum, 0 if nothing. Cannot fail. A bad `e_n` or
 /// `offset_n` counts as 0. Costs up to two ticks of the loop.
 void tribo_controller_f32_change(const tribo_controller_f32_params_t *from,
                                  const tribo_controller_f32_params_t *to,
@@ -43,7 +44,8 @@ void tribo_controller_f32_change(const tribo_controller_f32_params_t *from,
                                  float                                e_n,
                                  float                                offset_n);
 
-/// The limit that `unsaturated` exceeds. 0 where it exceeds neither: `unsaturated` is a NaN, or a limit is one after a flipped bit.
+/// The limit that `unsaturated` exceeds. 0 if it exceeds neither, because it is a NaN or a flipped bit has made a limit
+/// one.
 static inline float controller_f32_limit(const tribo_controller_f32_params_t *params, float unsaturated)
 {
     if (unsaturated > params->u_max_n)
@@ -53,7 +55,8 @@ static inline float controller_f32_limit(const tribo_controller_f32_params_t *pa
     return unsaturated < params->u_min_n ? params->u_min_n : 0.0f;
 }
 
-/// A sum beyond any credible force means a corrupt state: the cascade restarts from rest and u is the limited term.
+/// Handles a sum beyond any credible force, which means a corrupt state. The cascade restarts from rest and u is the
+/// limited term.
 static inline float controller_f32_restart(const tribo_controller_f32_params_t *params,
                                            tribo_controller_f32_state_t        *state,
                                            float                                term_n,
@@ -66,7 +69,8 @@ static inline float controller_f32_restart(const tribo_controller_f32_params_t *
     return u;
 }
 
-/// Second half of a tick: u for the cascade's output `v`, and its states. u is within u_min_n to u_max_n in any state.
+/// Second half of a tick: computes u for the cascade's output `v` and advances its states. u is within u_min_n to
+/// u_max_n in any state.
 static inline float controller_f32_apply(const tribo_controller_f32_params_t *params,
                                          tribo_controller_f32_state_t        *state,
                                          float                                e_n,
@@ -92,8 +96,9 @@ static inline float controller_f32_apply(const tribo_controller_f32_params_t *pa
     signals->u_n     = u;
     signals->limited = limited;
 
-    // Anti-windup: the states advance as if the error had been e + (u - unsaturated) c/D. D is the direct feedthrough of the
-    // cascade, so c = 1 makes the conditioned output exactly u; where that is unstable, init has chosen a smaller |c|.
+    // Anti-windup: the states advance as if the error had been e + (u - unsaturated) c/D. D is the direct feedthrough
+    // of the cascade, so c = 1 makes the conditioned output exactly u; where that is unstable, init has chosen a
+    // smaller |c|.
     biquad_f32_advance(&params->cascade, &state->cascade, e_n, outputs, (u - unsaturated) * params->anti_windup);
     return u;
 }

@@ -1,4 +1,4 @@
-// One tick of the controller in Q31: v = K(z) e, u = limit(v + term), anti-windup as in controller_f32.h.
+// One tick of the controller in Q31: v = K(z) e, u = limit(v + term), and the anti-windup of anti_windup_f32.h.
 //
 //     y, unsaturated, taken   at the scale of the last node      correction   at the scale of the input node
 //     v, u, term              Q31
@@ -13,19 +13,20 @@
 
 #include "biquad_q31.h"
 
-/// Cascade at rest, counters 0.
+/// Puts the cascade to rest and sets the counters to 0.
 void tribo_controller_q31_reset(tribo_controller_q31_state_t *state);
 
-/// Between two ticks: takes the state over from params `from` to `to`, so that for error `e` v is and moves as it would
-/// have under `from`, plus `offset` (Q31). Cannot fail. Costs up to two ticks of the loop.
+/// Takes the state over from params `from` to `to` between two ticks. For the error `e`, v and its change are then
+/// those under `from`, plus `offset` (Q31). Cannot fail. Costs up to two ticks of the loop.
 void tribo_controller_q31_change(const tribo_controller_q31_params_t *from,
                                  const tribo_controller_q31_params_t *to,
                                  tribo_controller_q31_state_t        *state,
                                  int32_t                              e,
                                  int32_t                              offset);
 
-/// (u - unsaturated) c/D, the correction of the error, at the input node; 0 while u is not limited. `u` and `unsaturated` are at
-/// the scale of the last node. anti_windup is c/D as a mantissa of 31 bits, with the exponent anti_windup_shift - 32.
+/// (u - unsaturated) c/D, the correction of the error at the input node. It is 0 while u is not limited. `u` and
+/// `unsaturated` are at the scale of the last node. anti_windup is c/D as a mantissa of 31 bits, with the exponent
+/// anti_windup_shift - 32.
 static inline int32_t controller_q31_correction(const tribo_controller_q31_params_t *params,
                                                 int32_t                              u,
                                                 int32_t                              unsaturated,
@@ -33,17 +34,18 @@ static inline int32_t controller_q31_correction(const tribo_controller_q31_param
 {
     const uint32_t most  = (uint32_t)params->taken_max;
     int32_t        taken = (int32_t)((uint32_t)u - (uint32_t)unsaturated);
-    // |taken| > most in one comparison: after a change of params, or where the difference wraps.
+    // Tests |taken| > most in one comparison. That happens after a change of params, or if the difference wraps.
     if ((uint32_t)taken + most > 2u * most)
     {
         tribo_q31_count(saturated);
         taken = unsaturated < 0 ? params->taken_max : -params->taken_max;
     }
     const int32_t back = (int32_t)(tribo_q31_multiply(taken, params->anti_windup) >> 32);
-    return (int32_t)((uint32_t)back << params->anti_windup_shift); // fits as |taken| <= taken_max
+    return (int32_t)((uint32_t)back << params->anti_windup_shift); // fits because |taken| <= taken_max
 }
 
-/// Second half of a tick: u for the cascade's last node `y`, and its states. u is within u_min to u_max in any state.
+/// Second half of a tick: computes u for the cascade's last node `y` and advances its states. u is within u_min to
+/// u_max in any state.
 static inline int32_t controller_q31_apply(const tribo_controller_q31_params_t *params,
                                            tribo_controller_q31_state_t        *state,
                                            int32_t                              y,
@@ -57,7 +59,8 @@ static inline int32_t controller_q31_apply(const tribo_controller_q31_params_t *
     const uint32_t scale       = params->cascade.output_scale;
     const int32_t  unsaturated = tribo_q31_add(y, term >> scale, saturated);
 
-    // v + term in Q31. A sum that does not fit wraps and then differs from `unsaturated` at the scale of the last node.
+    // v + term in Q31. If the sum does not fit it wraps, and then differs from `unsaturated` at the scale of the last
+    // node.
     int32_t    u       = (int32_t)(((uint32_t)y << scale) + (uint32_t)term);
     const bool limited = u >> scale != unsaturated || u < params->u_min || u > params->u_max;
     if (limited)

@@ -24,7 +24,8 @@ tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,
                                      uint32_t                          count,
                                      tribo_refusal_t                  *refusal)
 {
-    if (count < 1u || count > TRIBO_BIQUAD_SECTIONS_MAX) // also of a config in which nobody has given any
+    if (count < 1u ||
+        count > TRIBO_BIQUAD_SECTIONS_MAX) // checked before the pointers: a config without sections has neither
     {
         return TRIBO_ERR_SECTION_COUNT;
     }
@@ -40,8 +41,8 @@ tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,
             return status;
         }
     }
-    // A step computes two sections at least, so a lone one is followed by a pass-through: b0 = 1 with zeros and poles at
-    // z = 0, whose states stay exactly 0.
+    // A step computes two sections at least, so a lone one is followed by a pass-through: b0 = 1 with zeros and poles
+    // at z = 0, whose states stay exactly 0.
     params->section[1] = (tribo_biquad_f32_section_t){.b0 = 1.0f, .b1 = 2.0f, .b2 = 1.0f, .a1 = 2.0f, .a2 = 1.0f};
     params->count      = count > 2u ? count : 2u;
     for (uint32_t i = 0; i < count; i++)
@@ -72,7 +73,7 @@ float tribo_biquad_f32_long_output(const tribo_biquad_f32_params_t *params, trib
     return y;
 }
 
-// Each section's output is computed again: storing it would take one word per section in every state.
+// Computes each section's output again, because storing it would take one word per section in every state.
 void tribo_biquad_f32_long_advance(const tribo_biquad_f32_params_t *params,
                                    tribo_biquad_f32_state_t        *state,
                                    float                            x,
@@ -97,14 +98,14 @@ void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
                              float                            x,
                              float                            offset)
 {
-    float          were[TRIBO_BIQUAD_SECTIONS_MAX];
+    float          from_out[TRIBO_BIQUAD_SECTIONS_MAX];
     float          last       = x;
     const uint32_t from_count = sections(from);
     const uint32_t to_count   = sections(to);
     for (uint32_t i = 0; i < from_count; i++)
     {
-        last    = biquad_f32_section_output(&from->section[i], &state->section[i], last);
-        were[i] = last;
+        last        = biquad_f32_section_output(&from->section[i], &state->section[i], last);
+        from_out[i] = last;
     }
     last += offset;
 
@@ -119,7 +120,7 @@ void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
         if (i < from_count)
         {
             const tribo_biquad_f32_section_t *was = &from->section[i];
-            out                                   = were[i];
+            out                                   = from_out[i];
             change = (was->b1 * in - was->a1 * out) + (state->section[i].w2 + state->section[i].w2_carry);
         }
         if (i == to_count - 1u)

@@ -38,7 +38,7 @@ int32_t tribo_biquad_q31_long_output(const tribo_biquad_q31_params_t *params,
     return y;
 }
 
-// Each section's output is computed again: storing it would take one word per section in every state.
+// Computes each section's output again, because storing it would take one word per section in every state.
 void tribo_biquad_q31_long_advance(const tribo_biquad_q31_params_t *params,
                                    tribo_biquad_q31_state_t        *state,
                                    int32_t                          x,
@@ -62,7 +62,7 @@ void tribo_biquad_q31_long_advance(const tribo_biquad_q31_params_t *params,
     }
 }
 
-/// x 2^-by, `by` of either sign, clamped to +-BIQUAD_Q31_W_MAX.
+/// x 2^-by for `by` of either sign, clamped to +-BIQUAD_Q31_W_MAX.
 static int64_t rescale(int64_t x, int32_t by)
 {
     const uint32_t left  = by < 0 ? (uint32_t)-by : 0u;
@@ -72,14 +72,15 @@ static int64_t rescale(int64_t x, int32_t by)
     return (kept > max ? max : (kept < -max ? -max : kept)) * (INT64_C(1) << left);
 }
 
-/// The change of w1 in a tick, without w2: b1 x - a1 y.
+/// b1 x - a1 y: the change of w1 in a tick, except for w2.
 static int64_t moved(const tribo_biquad_q31_section_t *section, int32_t x, int32_t y)
 {
     const int32_t b1 = section->c1 + section->b0;
     return (int64_t)b1 * x + (int64_t)section->minus_a1 * y;
 }
 
-/// The output of the cascade from section i on, for the input `x` at `scale`; Q31 in 64 bits, unsaturated.
+/// The output of sections i to the last for the input `x` of section i, which is at `scale`. Q31 in 64 bits, not
+/// saturated.
 static int64_t output_behind(const tribo_biquad_q31_params_t *p,
                              tribo_biquad_q31_state_t        *state,
                              uint32_t                         i,
@@ -101,7 +102,7 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
                              int32_t                          x,
                              int32_t                          offset)
 {
-    uint32_t       from_carry = state->carry; // a copy: the next tick advances the carry
+    uint32_t       from_carry = state->carry; // a copy, because only the next tick advances the carry
     uint32_t       to_carry   = from_carry;
     uint32_t       rest;
     int32_t        from_in    = biquad_q31_input(from, &from_carry, x);
@@ -121,7 +122,7 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
             const tribo_biquad_q31_section_t *was = &from->section[i];
             from_out   = biquad_q31_section_output(was, state->section[i].w1, from_in, &rest, &state->saturated);
             from_scale = was->scale;
-            // Unsigned because a corrupt state may wrap.
+            // The sum is unsigned because it may wrap if the state is corrupt.
             const int64_t w2 = state->section[i].w2 >> was->shift;
             change           = (int64_t)((uint64_t)moved(was, from_in, from_out) + (uint64_t)w2);
         }

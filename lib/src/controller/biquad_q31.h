@@ -1,26 +1,28 @@
-// Cascade of second-order sections in Q31, in the delta operator d = z - 1. biquad_f32.h has the form and the two halves of a tick.
+// Cascade of second-order sections in Q31, in the delta operator d = z - 1. biquad_f32.h has the form and the two
+// halves of a tick.
 //
 //     y   = w1 + b0 x                             b0: Q28, within +-4
 //     w1 += b0 x + c1 x - a1 y + w2 2^-s          c1 = b1 - b0: Q28, within +-8; a1: Q28, within 4
 //     w2 += c2 x + d2 y                           c2 = b2: Q(28 + s), within +-4 2^-s; d2 = -a2: Q(28 + s) and d2_low: Q(60 + s)
 //
-// x and y are Q31 times 2^-scale of their node, so that a force may exceed full scale inside the cascade. Both states have 64 bits,
-// w1 in Q59 and w2 in Q(59 + s). The shift s makes room for the small w2 of a slow pole.
+// x and y are Q31 times 2^-scale of their node, so that a force may exceed full scale inside the cascade. Both states
+// have 64 bits, w1 in Q59 and w2 in Q(59 + s). The shift s makes room for the small w2 of a slow pole.
 //
-// y is rounded, and its rest stays in w1 and comes out with the next sample. So a constant input is integrated without end, and the
-// noise at the output is one rounding, whatever the poles. When y saturates, w1 follows it: a corrupt w1 is forgotten within a tick.
-// w2 is clamped to 4 2^-s of full scale and counted.
+// y is rounded, and the bits rounded off stay in w1 and come out with the next sample. So the integral of a constant
+// input does not stall, and the noise at the output is that of one rounding for any poles. When y saturates, w1 follows
+// it, so a corrupt w1 is forgotten within a tick. w2 is clamped to 4 2^-s of full scale, and clamping is counted.
 //
-// d2 is the product of the poles' distances from z = 1. It has a second word, so a slow pole keeps its time constant to 1e-7 while a2
-// is above 2^-(37 + s). Of d2 y only the bits below the last of w2 (2^-59 of full scale) are dropped.
+// d2 is the product of the poles' distances from z = 1. It has a second word, so a slow pole keeps its time constant to
+// 1e-7 while a2 is above 2^-(37 + s). Of d2 y only the bits below the last of w2 (2^-59 of full scale) are dropped.
 //
-// Zero-input limit cycles: none in the paper's controller. Rounding noise has two zeros at z = 1, so a section's cycle stays
-// within half an LSB of its node times the L1 norm of (1 - z^-1)^2 / A(z). That is at most 52 LSB over 130,000 random pole pairs of
-// radius up to 0.99 and angle up to 2.7 rad (0.43 of the sampling frequency). Poles nearer to z = -1, which no force controller has,
-// reach 480 LSB (tests/unit/test_biquad_q31.c). A sharper resonance has larger cycles.
+// The paper's controller has no zero-input limit cycles. Rounding noise has two zeros at z = 1, so a section's cycle
+// stays within half an LSB of its node times the L1 norm of (1 - z^-1)^2 / A(z). That is at most 52 LSB over 130,000
+// random pole pairs of radius up to 0.99 and angle up to 2.7 rad (0.43 of the sampling frequency). Poles nearer to z =
+// -1, which no force controller has, reach 480 LSB (tests/unit/test_biquad_q31.c). A sharper resonance has larger
+// cycles.
 //
-// Headroom: the scale of each node comes from its worst-case peak gain (L1 norm), so no node can overflow for any input in range
-// (headroom_q31.h). Sums below stay under 2^63 for accepted params.
+// The scale of each node comes from its worst-case peak gain (L1 norm), so no input in range can make a node overflow
+// (headroom_q31.h). For accepted params all sums here stay below 2^63.
 //
 // The only loop is over the sections. Not synchronized: one state, one tick.
 
@@ -30,8 +32,8 @@
 #include "tribo/controller_q31.h"
 #include "tribo/q31.h"
 
-/// The nodes of two sections, handed from the first half of a step to the second. Those of further sections are computed
-/// again from x.
+/// The nodes of two sections, handed from the first half of a step to the second. The second half computes the nodes of
+/// further sections again from x.
 typedef struct
 {
     int32_t  x;       ///< the input, at the input node's scale
@@ -39,29 +41,28 @@ typedef struct
     uint32_t rest[2]; ///< their rounding remainders, Q59
 } tribo_biquad_q31_outputs_t;
 
-/// At rest, counter 0. A zeroed state is half a unit of its outputs away from rest.
+/// Puts the cascade to rest and sets the counter to 0. A zeroed state is half a unit of its outputs away from rest.
 void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state);
 
-/// Changes a running cascade over from params `from` to `to`, as tribo_biquad_f32_change does; `offset` in Q31. Not for
-/// every tick.
+/// Does what tribo_biquad_f32_change does, with `offset` in Q31. Not for every tick.
 void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
                              const tribo_biquad_q31_params_t *to,
                              tribo_biquad_q31_state_t        *state,
                              int32_t                          x,
                              int32_t                          offset);
 
-#define BIQUAD_Q31_FRACTION 28u // of the coefficients
+#define BIQUAD_Q31_FRACTION 28u // fraction bits of the coefficients
 #define BIQUAD_Q31_ONE      (INT32_C(1) << BIQUAD_Q31_FRACTION)
 #define BIQUAD_Q31_HALF     (INT64_C(1) << (BIQUAD_Q31_FRACTION - 1u))
 #define BIQUAD_Q31_W_MAX    ((INT64_C(1) << 61) - 1)
 
-/// a + b c. Accepted params cannot overflow; a corrupt state may wrap, which is defined for the unsigned sum.
+/// a + b c. Accepted params cannot overflow. A corrupt state may wrap, which is defined for the unsigned sum.
 static inline int64_t biquad_q31_accumulate(int64_t a, int32_t b, int32_t c)
 {
     return (int64_t)((uint64_t)a + (uint64_t)tribo_q31_multiply(b, c));
 }
 
-/// x at the scale of the input node, rounded down. The dropped bits accumulate in `carry`; each full unit of them is
+/// x at the scale of the input node, rounded down. The dropped bits accumulate in `carry`. Each full unit of them is
 /// added to the sample, so the mean of the input is exact.
 static inline int32_t biquad_q31_input(const tribo_biquad_q31_params_t *params, uint32_t *carry, int32_t x)
 {
@@ -72,8 +73,8 @@ static inline int32_t biquad_q31_input(const tribo_biquad_q31_params_t *params, 
     return (int32_t)((uint32_t)(x >> params->input_scale) + carried);
 }
 
-/// A section's output, y = w1 + b0 x, Q59 rounded down to Q31. The bits rounded off, `rest`, return to w1 in the second half
-/// and come out with the next sample, so no bias builds up.
+/// A section's output, y = w1 + b0 x, Q59 rounded down to Q31. The bits rounded off, `rest`, return to w1 in the second
+/// half and come out with the next sample, so no bias builds up.
 static inline int32_t biquad_q31_section_output(const tribo_biquad_q31_section_t *section,
                                                 int64_t                           w1,
                                                 int32_t                           x,
@@ -104,8 +105,8 @@ static inline void biquad_q31_section_advance(const tribo_biquad_q31_section_t *
     int64_t w2 = biquad_q31_accumulate(state->w2, section->c2, in);
     w2         = biquad_q31_accumulate(w2, section->d2, y);
     w2         = (int64_t)((uint64_t)w2 + (uint64_t)(tribo_q31_multiply(section->d2_low, y) >> 32));
-    // Clamp at 4 2^-s of full scale. Headroom keeps a state that started from rest below; only a corrupt state or a
-    // change of params gets here. w1 needs no clamp: it follows y, which saturates.
+    // Clamp at 4 2^-s of full scale. A state that started from rest stays below by its headroom. Only a corrupt state
+    // or a change of params reaches the clamp. w1 needs none: it follows y, which saturates.
     const uint32_t high = (uint32_t)((uint64_t)w2 >> 32);
     if (high + (UINT32_C(1) << 29) >= UINT32_C(1) << 30)
     {
@@ -115,7 +116,8 @@ static inline void biquad_q31_section_advance(const tribo_biquad_q31_section_t *
     state->w2 = w2;
 }
 
-// Three or four sections, the rare case: both halves are loops. Every cascade has at least two sections (tribo_biquad_f32_init).
+// For three or four sections, the rare case, both halves are loops. Every cascade has at least two sections
+// (tribo_biquad_f32_init).
 
 int32_t tribo_biquad_q31_long_output(const tribo_biquad_q31_params_t *params,
                                      tribo_biquad_q31_state_t        *state,
@@ -125,7 +127,7 @@ void    tribo_biquad_q31_long_advance(const tribo_biquad_q31_params_t *params,
                                       int32_t                          x,
                                       int32_t                          correction);
 
-/// First half: the nodes of the cascade for the input `x`. Returns the last node at its scale; no w advances.
+/// First half: computes the nodes of the cascade for the input `x`. Returns the last node at its scale. No w advances.
 static inline int32_t biquad_q31_output(const tribo_biquad_q31_params_t *params,
                                         tribo_biquad_q31_state_t        *state,
                                         int32_t                          x,
@@ -147,21 +149,21 @@ static inline int32_t biquad_q31_output(const tribo_biquad_q31_params_t *params,
     return outputs->y[1];
 }
 
-/// The change of the first section's output by a `correction` of its input: within the sample, by the direct feedthrough
-/// alone. The first section can do with 28 of its 32 bits, because tribo-design puts slow poles, where a bias would
-/// accumulate, in later ones.
+/// The change of the first section's output by a `correction` of its input. Within the sample only the direct
+/// feedthrough b0 acts. 28 of the 32 bits are enough for the first section, because tribo-design puts slow poles, where
+/// a bias would accumulate, in later ones.
 static inline int32_t biquad_q31_first_correction(const tribo_biquad_q31_section_t *section, int32_t correction)
 {
     return (int32_t)((uint32_t)(tribo_q31_multiply(section->b0, correction) >> 32) << 4);
 }
 
-/// The same of a later section, rounded down to a unit.
+/// The change of a later section's output by a `correction` of its input, rounded down to a unit.
 static inline int32_t biquad_q31_later_correction(const tribo_biquad_q31_section_t *section, int32_t correction)
 {
     return (int32_t)(tribo_q31_multiply(section->b0, correction) >> BIQUAD_Q31_FRACTION);
 }
 
-/// The states of two sections after a tick with these nodes.
+/// Advances the states of two sections after a tick with these nodes.
 static inline void biquad_q31_two_advance(const tribo_biquad_q31_params_t  *params,
                                           tribo_biquad_q31_state_t         *state,
                                           const tribo_biquad_q31_outputs_t *node)
@@ -174,8 +176,8 @@ static inline void biquad_q31_two_advance(const tribo_biquad_q31_params_t  *para
     biquad_q31_section_advance(&s[1], &w[1], node->y[0], node->y[1], node->rest[1], saturated);
 }
 
-/// Second half: the states of all sections after a tick with these outputs, as if the input node had been larger by
-/// `correction`. The controller bounds it to fit at each node. The sums fit, too, except after a change of params.
+/// Second half: advances the states of all sections as if the input node had been larger by `correction`. The
+/// controller bounds the correction to fit at each node. The sums fit, too, except after a change of params.
 static inline void biquad_q31_advance(const tribo_biquad_q31_params_t  *params,
                                       tribo_biquad_q31_state_t         *state,
                                       const tribo_biquad_q31_outputs_t *outputs,

@@ -10,10 +10,10 @@ const tribo_parameter_t tribo_limit_parameters[]   = {TRIBO_LIMIT_PARAMETERS(ROW
 const tribo_parameter_t tribo_cascade_parameters[] = {TRIBO_CASCADE_PARAMETERS(ROW)};
 #undef ROW
 
-#define INPUT_MAX_N 4.0e6f // above gain * f^ and r - y of an accepted loop
+#define INPUT_MAX_N 4.0e6f // larger than gain * f^ and r - y of an accepted loop
 #define STATES_MAX  (2u * TRIBO_BIQUAD_SECTIONS_MAX)
-#define AT_1        1.0e-8f // distance of a zero from z = 1
-#define ON_CIRCLE   4.0e-6f // twice the distance of a zero from the unit circle elsewhere: float leaves up to 1e-6
+#define AT_1        1.0e-8f // least distance of a zero from z = 1
+#define ON_CIRCLE   4.0e-6f // twice the least distance from the rest of the unit circle: float leaves up to 1e-6
 
 /// A square matrix of a cascade's states w1, w2, w1, w2 ...
 typedef struct
@@ -22,8 +22,8 @@ typedef struct
     uint32_t size;
 } matrix_t;
 
-/// The matrix of the states' change in one tick while u is held at its limit. Each column is computed by the cascade's
-/// own code from a unit state.
+/// The matrix of the states' change in one tick while u is held at its limit. The cascade's own code computes each
+/// column from a unit state.
 static matrix_t conditioned_change(const tribo_biquad_f32_params_t *cascade, float anti_windup)
 {
     matrix_t change = {.size = 2u * cascade->count};
@@ -46,7 +46,7 @@ static matrix_t conditioned_change(const tribo_biquad_f32_params_t *cascade, flo
     return change;
 }
 
-/// (1 + E)^2 - 1, which keeps a slow pole's distance from 1.
+/// (1 + E)^2 - 1. Computing the difference from 1 keeps the distance of a slow pole from 1.
 static matrix_t twice(const matrix_t *E)
 {
     matrix_t result = {.size = E->size};
@@ -65,7 +65,7 @@ static matrix_t twice(const matrix_t *E)
     return result;
 }
 
-/// Largest element of 1 + E, by magnitude; not finite if any element is not.
+/// The largest magnitude of the elements of 1 + E. Not finite if any element is not.
 static float largest(const matrix_t *E)
 {
     float max = 0.0f;
@@ -80,7 +80,7 @@ static float largest(const matrix_t *E)
     return max;
 }
 
-/// True when the states decay within 2^24 ticks while u is held at its limit.
+/// True if the states decay within 2^24 ticks while u is held at its limit.
 static bool dies_away(const tribo_controller_f32_config_t *config,
                       const tribo_biquad_f32_params_t     *cascade,
                       float                                anti_windup)
@@ -103,8 +103,9 @@ static bool dies_away(const tribo_controller_f32_config_t *config,
     return false;
 }
 
-/// Whether the zeros are inside the unit circle by more than rounding can move them. On the circle, as a notch has them, or as good
-/// as there, the last bit of a coefficient would decide, and states with such poles ring for minutes. Slow real zeros are well inside.
+/// True if the zeros are inside the unit circle by more than rounding can move them. With zeros on or next to the
+/// circle, e.g. those of a notch, the last bit of a coefficient would decide, and states with such poles ring for
+/// minutes. Slow real zeros are well inside.
 static bool zeros_inside(const tribo_biquad_f32_params_t *cascade)
 {
     bool inside = true;
@@ -120,7 +121,8 @@ static bool zeros_inside(const tribo_biquad_f32_params_t *cascade)
     return inside;
 }
 
-/// With c = 1 the poles of the conditioned cascade are its zeros.
+/// True if the cascade is stable when conditioned by `c`. With c = 1 the poles of the conditioned cascade are its
+/// zeros.
 static bool is_conditioned(const tribo_controller_f32_config_t *config,
                            const tribo_biquad_f32_params_t     *cascade,
                            float                                c,
@@ -129,8 +131,8 @@ static bool is_conditioned(const tribo_controller_f32_config_t *config,
     return c == 1.0f ? zeros_inside(cascade) : dies_away(config, cascade, c / D);
 }
 
-/// `first`, if the conditioned cascade is stable with it, else the largest c of 1, -1, 1/2, -1/2 ... with which it is, 0 if there
-/// is none.
+/// c of the anti-windup: `first` if it is not 0 and the conditioned cascade is stable with it. Otherwise the first of
+/// 1, -1, 1/2, -1/2 ... with which it is stable, 0 if there is none.
 static float conditioning(const tribo_controller_f32_config_t *config,
                           const tribo_biquad_f32_params_t     *cascade,
                           float                                first,
@@ -154,7 +156,6 @@ static float conditioning(const tribo_controller_f32_config_t *config,
     return 0.0f;
 }
 
-/// Refuses b0 of section `index`.
 static tribo_status_t refuse_b0(tribo_status_t status, const tribo_controller_f32_config_t *config, uint32_t index)
 {
     return tribo_element_refuse(status, tribo_section_numbers, 0, &config->sections[index], index, config->refusal);

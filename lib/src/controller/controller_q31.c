@@ -8,7 +8,8 @@
 
 #include <stddef.h>
 
-/// x below 2^30 as mantissa 2^(shift - 32), `shift` 1 to 31, with 31 significant bits where `shift` allows.
+/// Writes x, below 2^30, as `mantissa` 2^(shift - 32) with a shift of 1 to 31. The mantissa has 31 significant bits if
+/// that shift allows.
 static void normalise(float x, int32_t *mantissa, uint8_t *shift)
 {
     int32_t bits = 1;
@@ -27,11 +28,11 @@ static tribo_status_t check_limits(const tribo_controller_f32_params_t *f32, flo
         return TRIBO_ERR_U_MIN;
     }
     const bool wide =
-        (f32->u_max_n - f32->u_min_n) / full_scale_n >= FIXED_Q31_SMALLEST; // else too few bits would be left
+        (f32->u_max_n - f32->u_min_n) / full_scale_n >= FIXED_Q31_SMALLEST; // otherwise too few bits would be left
     return f32->u_max_n <= full_scale_n && wide ? TRIBO_OK : TRIBO_ERR_U_MAX;
 }
 
-/// The largest change of the last node by a limit that keeps the correction below full scale at every node.
+/// How much a limit may change the last node at most: with more, the correction would exceed full scale at some node.
 static int32_t taken_max(const tribo_controller_q31_params_t *made)
 {
     float gain = magnitude(scaled((float)made->anti_windup, (int32_t)made->anti_windup_shift - 32));
@@ -41,7 +42,8 @@ static int32_t taken_max(const tribo_controller_q31_params_t *made)
         gain *= magnitude(scaled((float)made->cascade.section[i].b0, -28));
         most = larger(gain, most);
     }
-    // Just below full scale, closer than the headroom's margin. 5 units cover the rounding here and in the correction.
+    // Stay just below full scale, closer than the margin of the headroom. 5 units cover the rounding here and in the
+    // correction.
     return fixed(0.99999f / most, 31) - 5;
 }
 
@@ -60,7 +62,7 @@ tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *pa
     }
     tribo_controller_q31_params_t made = {.u_min = 0};
     tribo_controller_f32_params_t f32;
-    float                         c      = 0.0f; // of the design: rounding must not choose another
+    float                         c      = 0.0f; // chosen for the design, because rounding must not choose another
     tribo_status_t                status = tribo_controller_f32_prepare(&f32, config, &c);
     status                               = status != TRIBO_OK ? status : check_limits(&f32, full_scale_n);
     if (status != TRIBO_OK)
@@ -78,7 +80,7 @@ tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *pa
         return status;
     }
     const int32_t by = (int32_t)made.cascade.output_scale - (int32_t)made.cascade.input_scale;
-    // It is below 2^24: the anti-windup's share of s stays below full scale at the input node.
+    // The scaled c/D is below 2^24, because the part of s in the anti-windup stays below full scale at the input node.
     normalise(scaled(f32.anti_windup, by), &made.anti_windup, &made.anti_windup_shift);
     made.taken_max = taken_max(&made);
     made.u_min     = fixed_force(f32.u_min_n, full_scale_n);

@@ -5,26 +5,27 @@
 
 #include <stddef.h>
 
-// Headroom of a cascade in fixed point. The worst-case peak of a node for inputs bounded by 1 is the L1 norm of its impulse
-// response, the sum of |h[k]| over all k. A node holds its value times 2^-scale with 2^scale above that peak, so no input
-// within its bound can make it overflow.
+// The headroom of a cascade in fixed point. The worst-case peak of a node for inputs bounded by 1 is the L1 norm of its
+// impulse response, the sum of |h[k]| over all k. A node holds its value times 2^-scale with 2^scale above that peak,
+// so no input within its bound can make it overflow.
 //
-// The inputs of a controller are e and s = u - term, the applied output. With anti-windup the states follow s, so
-// even an integrator has a bounded response. The f32 cascade runs on an impulse of each, and the magnitudes are summed. What
-// slow poles leave after BLOCKS is bounded by the energies of the next 1, 1, 2, 4 ... ticks: a sum of n magnitudes is at most the
-// root of n times the sum of their squares (Cauchy and Schwarz). The bound on such a tail is up to 4 % above the sum for a
-// real pole, 15 % for an oscillation, and half as much again for one at a quarter of the sampling frequency. Where a node is small
-// because slow modes all but cancel, beyond 1e5 full scales elsewhere, it may be several times as large.
+// The inputs of a controller are e and s = u - term, the applied output. With anti-windup the states follow s, so even
+// an integrator has a bounded response. The f32 cascade runs on an impulse of each, and the magnitudes are summed. The
+// tail that slow poles leave after BLOCKS is bounded by the energies of the next 1, 1, 2, 4 ... ticks: a sum of n
+// magnitudes is at most the root of n times the sum of their squares (Cauchy and Schwarz). The bound on such a tail is
+// up to 4 % above the sum for a real pole, 15 % for an oscillation, and half as much again for one at a quarter of the
+// sampling frequency. Where a node is small because slow modes all but cancel, beyond 1e5 full scales elsewhere, it may
+// be several times as large.
 
-#define MARGIN      1.02f // on a sum: rounding, and what a pole as slow as 1e-7 can hide below DECAYED
+#define MARGIN      1.02f // factor on a sum for rounding, and for what a pole at 1e-7 from z = 1 hides below DECAYED
 #define SCALE_MAX   24    // larger scales leave too few bits of a signal
 #define BLOCK_TICKS 512u  // a response is summed in blocks
 #define BLOCKS      8u
-#define DECAYED     1.0e-6f  // the last block, as a fraction of the sum
-#define PIECE_TICKS 64u      // between two pauses
-#define SLOWEST     0x1p30f  // ticks for a decay: enough for a pole at 1e-7 from z = 1
-#define LONG_TICKS  0x1p16f  // that a tail is followed at least, or it would hide a slower one
-#define ROUNDING    1.0e-13f // of an energy, as a fraction of its terms, which may cancel
+#define DECAYED     1.0e-6f  // a last block of this fraction of the sum ends it
+#define PIECE_TICKS 64u      // ticks between two pauses
+#define SLOWEST     0x1p30f  // longest decay, ticks: enough for a pole at 1e-7 from z = 1
+#define LONG_TICKS  0x1p16f  // shortest tail, ticks: a shorter one would hide a slower one
+#define ROUNDING    1.0e-13f // rounding of an energy, as a fraction of its terms, which may cancel
 #define STATES_MAX  (2u * TRIBO_BIQUAD_SECTIONS_MAX)
 
 /// The signals of a cascade in one tick, or the sums of their magnitudes over time: its L1 norms.
@@ -50,8 +51,8 @@ static uint32_t signals(const tribo_controller_f32_params_t *f32)
     return 2u + 5u * f32->cascade.count;
 }
 
-/// One tick for an error `e` and an applied output `s`: the signals, w1 and w2 as they are after it. Without anti-windup the
-/// cascade is alone.
+/// One tick for an error `e` and an applied output `s`. Writes the signals to `now`, with w1 and w2 as they are after
+/// the tick. If anti_windup is 0 this is the cascade alone.
 static void tick(peaks_t                             *now,
                  const tribo_controller_f32_params_t *f32,
                  tribo_biquad_f32_state_t            *state,
@@ -82,7 +83,7 @@ static void tick(peaks_t                             *now,
     }
 }
 
-/// Adds a block. True if it was the last that counts.
+/// Adds a block to the sum. True if the block is so small that the sum may end with it.
 static bool add_block(peaks_t *sum, const peaks_t *block, uint32_t count)
 {
     bool decayed = true;
@@ -96,10 +97,10 @@ static bool add_block(peaks_t *sum, const peaks_t *block, uint32_t count)
 
 // --- the tail of slow poles ------------------------------------------------------------------------------------------
 
-// In double: the small signals of a slow cascade are differences of large ones. A target without double in hardware links the
-// compiler's functions for it, for set-up alone.
+// The tail is computed in double, because the small signals of a slow cascade are differences of large ones. A target
+// without double in hardware links the compiler's functions for it, for set-up only.
 
-/// A row: w1 and w2 of each section.
+/// A row of states: w1 and w2 of each section.
 typedef struct
 {
     double at[STATES_MAX];
@@ -118,7 +119,8 @@ typedef union
     double at[sizeof(signals_t) / sizeof(float)];
 } double_signals_t;
 
-/// As tick, for states x. Returns by how much they change: their sum would round off a slow pole's distance from 1.
+/// Does what tick does, for the states x. Returns by how much the states change, because their new values would round
+/// off the distance of a slow pole from 1.
 static row_t change_of(double_signals_t                    *now,
                        const tribo_controller_f32_params_t *f32,
                        const row_t                         *x,
@@ -152,14 +154,14 @@ static row_t change_of(double_signals_t                    *now,
     return change;
 }
 
-/// Over a cascade's states without inputs.
+/// A square matrix of a cascade's states.
 typedef struct
 {
     double   at[STATES_MAX][STATES_MAX];
     uint32_t size;
 } matrix_t;
 
-/// X (1 + E), or X^T (1 + E).
+/// X (1 + E), or X^T (1 + E) if `transposed`.
 static matrix_t advanced(const matrix_t *X, bool transposed, const matrix_t *E)
 {
     matrix_t result = {.size = E->size};
@@ -189,7 +191,8 @@ static void add(matrix_t *to, const matrix_t *X)
     }
 }
 
-/// Bound on the sum of |signal k| over `ticks`. `of` are the signals for a 1 in each state, `energy` is the sum of x^T x.
+/// Bound on the sum of |signal k| over `ticks`. `of` holds the signals for a 1 in each state, `energy` is the sum of
+/// x^T x.
 static float bound(const double_signals_t of[STATES_MAX], uint32_t k, const matrix_t *energy, float ticks)
 {
     double squares = 0.0;
@@ -206,7 +209,8 @@ static float bound(const double_signals_t of[STATES_MAX], uint32_t k, const matr
     return root_f32(ticks * (larger((float)squares, 0.0f) + ROUNDING * terms));
 }
 
-/// x behind the ticks that are summed. Not theirs: the rounding of states in float hides a slow mode.
+/// The states x after the ticks that sum_block sums. They are computed anew, because the rounding of states in float
+/// hides a slow mode.
 static row_t find_tail(const tribo_controller_f32_params_t *f32,
                        bool                                 of_s,
                        const matrix_t                      *E,
@@ -234,16 +238,16 @@ static row_t find_tail(const tribo_controller_f32_params_t *f32,
     return x;
 }
 
-/// Adds bounds on the sums behind the ticks that are summed. False if the response does not decay.
+/// Adds bounds on the sums after the ticks that sum_block sums. False if the response does not decay.
 static bool add_tail(peaks_t                             *sum,
                      const tribo_controller_f32_params_t *f32,
                      bool                                 of_s,
                      const tribo_controller_f32_config_t *config)
 {
     const uint32_t   size           = 2u * f32->cascade.count;
-    matrix_t         E              = {.size = size}; // of x[k + 1] = x[k] (1 + E)
+    matrix_t         E              = {.size = size}; // x[k + 1] = x[k] (1 + E)
     matrix_t         energy         = {.size = size}; // the sum of x^T x
-    matrix_t         next           = {.size = size}; // that of the next ticks
+    matrix_t         next           = {.size = size}; // the energy of the next `ticks`
     double_signals_t of[STATES_MAX] = {{.at = {0.0}}};
     for (uint32_t i = 0; i < size; i++)
     {
@@ -264,7 +268,7 @@ static bool add_tail(peaks_t                             *sum,
         }
     }
     bool  decayed = false;
-    float ticks   = 1.0f; // of `next`
+    float ticks   = 1.0f; // that `next` covers
     for (float of_E = 1.0f; of_E < SLOWEST && !decayed; of_E *= 2.0f)
     {
         peaks_t block = {.at = {0.0f}};
@@ -287,7 +291,7 @@ static bool add_tail(peaks_t                             *sum,
     return decayed;
 }
 
-/// The sums of magnitudes over a block that begins with an `impulse` of e or of s.
+/// Sums of magnitudes over a block that begins with an `impulse` of s if `of_s`, otherwise of e.
 static peaks_t sum_block(const tribo_controller_f32_params_t *f32,
                          tribo_biquad_f32_state_t            *state,
                          bool                                 of_s,
@@ -313,7 +317,8 @@ static peaks_t sum_block(const tribo_controller_f32_params_t *f32,
     return sum;
 }
 
-/// Adds `weight` times bounds on the L1 norms of the responses to an impulse of e or of s. False if there are none.
+/// Adds `weight` times bounds on the L1 norms of the responses to an impulse of e or of s. False if a response does not
+/// decay.
 static bool add_response(peaks_t                             *peaks,
                          const tribo_controller_f32_params_t *f32,
                          bool                                 of_s,
@@ -338,14 +343,16 @@ static bool add_response(peaks_t                             *peaks,
     return bounded;
 }
 
-/// Peak at the output node of section i: the largest before and after the correction and of the correction itself.
+/// Peak at the output node of section i: the largest of its output before and after the correction and of the
+/// correction itself.
 static float node_peak(const peaks_t *peaks, uint32_t i)
 {
     return larger(peaks->named.section[i].y,
                   larger(peaks->named.section[i].corrected, peaks->named.section[i].correction));
 }
 
-/// The smallest scale, from `at_least` on, at which `peak` 2^-scale is below full scale; SCALE_MAX + 1 if there is none.
+/// The smallest scale, `at_least` or larger, at which `peak` 2^-scale is below full scale. SCALE_MAX + 1 if there is
+/// none.
 static int32_t scale_for(float peak, int32_t at_least)
 {
     int32_t scale = at_least;
@@ -356,7 +363,7 @@ static int32_t scale_for(float peak, int32_t at_least)
     return scale;
 }
 
-/// The largest s up to 30 with |x| < 4 2^-s: the extra fraction bits of w2, c2 and d2.
+/// The extra fraction bits of w2, c2 and d2: the largest s up to 30 with |x| < 4 2^-s.
 static int32_t shift_for(float x)
 {
     const float most  = magnitude(x);
@@ -381,8 +388,8 @@ static float from_two_words(int64_t fixed)
     return (float)(uint32_t)(fixed >> 32) + scaled((float)(uint32_t)fixed, -32);
 }
 
-/// Scales and coefficients of all sections. A coefficient from a node at scale i to one at scale j is multiplied by 2^(i - j),
-/// so the sections compute at the scales of their nodes.
+/// Computes scales and coefficients of all sections. A coefficient from a node at scale i to one at scale j is
+/// multiplied by 2^(i - j), so each section computes at the scales of its nodes.
 static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
                                         const tribo_biquad_f32_params_t *cascade,
                                         const peaks_t                   *peaks,
@@ -426,7 +433,8 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
     return TRIBO_OK;
 }
 
-/// The sections that `q` implements, in float. Exact: each coefficient came from a float, and rounding only removes bits.
+/// The sections that `q` implements, in float. They are exact, because each coefficient came from a float and rounding
+/// only removes bits.
 static void dequantize(tribo_biquad_f32_section_t *sections, const tribo_biquad_q31_params_t *q)
 {
     int32_t before = q->input_scale;
