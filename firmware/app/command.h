@@ -1,5 +1,5 @@
-/// Commands to the drive over a serial line, byte by byte. The single byte x stops it at once, anywhere in a line. Every other
-/// command is a whole line, so that noise or a lost or added byte cannot start a drive:
+/// Reads commands to the drive from a serial line, byte by byte. The single byte x stops the drive at once, anywhere in a line.
+/// Every other command is a whole line, so that noise or a lost or added byte cannot start a drive:
 ///
 ///     x    stop    start    start    ack    acknowledge a fault    ?    report the state    + and -    reference up and down
 
@@ -22,12 +22,12 @@ typedef enum
 
 #define COMMAND_LENGTH_MAX 5u
 
-/// Zero before the first byte.
+/// The line read so far. All zero before the first byte.
 typedef struct
 {
     char    line[COMMAND_LENGTH_MAX + 1u]; ///< ends with 0
     uint8_t length;
-    bool    spoilt; ///< ignore the line up to its end
+    bool    spoilt; ///< the line is ignored up to its end
 } command_reader_t;
 
 /// Takes a byte; returns the completed command, or COMMAND_NONE. CR and LF both end a line.
@@ -35,10 +35,11 @@ command_t command_take(command_reader_t *reader, uint8_t byte);
 
 #define COMMAND_SILENT_US 10000000u
 
-/// Before a byte that comes `silent_us` after the last one. Half a line is its client's, and is dropped after COMMAND_SILENT_US.
+/// Call this before a byte that comes `silent_us` after the last one. It drops the half line of a client that has been silent for
+/// more than COMMAND_SILENT_US.
 void command_pause(command_reader_t *reader, uint32_t silent_us);
 
-/// A byte was lost or wrong: ignores its line.
+/// Ignores the rest of the line, because a byte of it was lost or wrong.
 void command_spoil(command_reader_t *reader);
 
 #endif

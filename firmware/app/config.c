@@ -43,7 +43,7 @@ static bool is_within(const drive_config_error_t *field)
     return (field->value >= field->low && field->value <= field->high) || (field->off && field->value == 0.0f);
 }
 
-/// Between fields: false with `error` for the first that does not fit another.
+/// Checks fields against each other. Returns false and fills `error` for the first that does not fit another one.
 static bool check_each_other(const drive_config_t *config, drive_config_error_t *error)
 {
     const float                period_us = (float)config->period_us;

@@ -2,7 +2,7 @@
 
 uint32_t crc32_update(uint32_t crc, const void *data, size_t size)
 {
-    // Four bits at a time: a table of 64 bytes, fast enough for a whole image at power-up.
+    // Four bits at a time keep the table to 64 bytes and are fast enough for a whole image at power-up.
     static const uint32_t table[16] = {0x00000000u,
                                        0x1db71064u,
                                        0x3b6e20c8u,

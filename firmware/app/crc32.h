@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Continues `crc`, 0 at the start, with more data.
+/// Returns the CRC of the data so far, `crc`, followed by `data`. Pass 0 as the first `crc`.
 uint32_t crc32_update(uint32_t crc, const void *data, size_t size);
 
 #endif

@@ -11,8 +11,8 @@ static bool refuse(drive_config_error_t *error, unsigned field, float value, flo
     return false;
 }
 
-/// A level of what the board does not measure would never be reached.
-static bool is_measured(const drive_config_t *config, const port_t *port, drive_config_error_t *error)
+/// Refuses the level of a quantity that the board does not measure, because it would never be reached.
+static bool check_measured_levels(const drive_config_t *config, const port_t *port, drive_config_error_t *error)
 {
     static const struct
     {
@@ -34,8 +34,8 @@ static bool is_measured(const drive_config_t *config, const port_t *port, drive_
     return true;
 }
 
-/// Nor one of a sensor that there is not.
-static bool is_sensed(const drive_setup_t *setup, drive_config_error_t *error)
+/// Refuses the levels of the force sensor on a drive without one.
+static bool check_sensor_levels(const drive_setup_t *setup, drive_config_error_t *error)
 {
     static const uint8_t levels[] = {DRIVE_CONFIG_residual_n,
                                      DRIVE_CONFIG_tracking_n,
@@ -53,10 +53,10 @@ static bool is_sensed(const drive_setup_t *setup, drive_config_error_t *error)
 }
 
 #define TRAVEL_MOST                                                                                                    \
-    2147483520.0f ///< the largest below 2^31 units, from where a position that wraps is taken for the other way
+    2147483520.0f ///< the largest float below 2^31 units, from where on a wrapping position seems to move the other way
 
-/// Nor is one passed beyond the end of its scale, where what is compared with it ends as well.
-static bool can_be_passed(const drive_config_t *config, drive_config_error_t *error)
+/// Refuses a level beyond the limit of its number format: the value that is compared with it could not exceed it.
+static bool check_reachable_levels(const drive_config_t *config, drive_config_error_t *error)
 {
     static const uint8_t forces[] = {DRIVE_CONFIG_residual_n, DRIVE_CONFIG_tracking_n, DRIVE_CONFIG_tare_max_n};
     for (size_t i = 0; TRIBO_IS_Q31 && i < sizeof forces; i++)
@@ -75,8 +75,8 @@ static bool can_be_passed(const drive_config_t *config, drive_config_error_t *er
                                                            most);
 }
 
-/// Where r goes without a host must be credible.
-static bool is_safe_credible(const drive_setup_t *setup, drive_config_error_t *error)
+/// Refuses a safe_reference_n that the loop would not accept as a reference.
+static bool check_safe_reference(const drive_setup_t *setup, drive_config_error_t *error)
 {
     const float most = scaling_value(setup->params->TRIBO_N(input_max), setup->config.full_scale_n);
     return tribo_force_is_credible(setup->params, setup->bounds.safe_reference) ||
@@ -108,22 +108,22 @@ bool drive_setup_init(drive_setup_t        *setup,
     }
     faults_init(&setup->bounds, config, params);
     expected_init(&setup->expected, config, params);
-    return is_measured(config, port, error) && is_sensed(setup, error) && can_be_passed(config, error) &&
-           is_safe_credible(setup, error);
+    return check_measured_levels(config, port, error) && check_sensor_levels(setup, error) &&
+           check_reachable_levels(config, error) && check_safe_reference(setup, error);
 }
 
-/// Enable first: it is off even if the output's driver blocks.
+/// Takes the enable away first: the power stage is then off even if the output's driver blocks.
 static void off(const drive_t *drive)
 {
     drive->port->enable(drive->port->context, false);
     drive->port->command(drive->port->context, drive->setup->scaling.no_current);
 }
 
-/// What a host wanted until now is not what it will want.
+/// Forgets the host's references, so that no old one acts after the next start.
 static void drop_references(drive_t *drive)
 {
     drive_set_reference(drive, 0);
-    drive->is_told = false;
+    drive->has_position_reference = false;
 }
 
 static void stop_with(drive_t *drive, drive_fault_t cause)
@@ -189,7 +189,7 @@ static drive_fault_t check_inputs(const drive_setup_t *setup, drive_state_t stat
     return must_be_ready && (inputs & PORT_INPUT_NOT_READY) != 0u ? DRIVE_FAULT_NOT_READY : DRIVE_FAULT_NONE;
 }
 
-/// Each tick is due one period after the last due time, so that jitter does not add up. After a tick that is too early or too
+/// A tick is due one period after the last due time, so that jitter does not add up. After a tick that is too early or too
 /// late, the next one is due a period after that tick.
 static drive_fault_t check_time(drive_t *drive, const drive_setup_t *setup, uint32_t now_us)
 {
@@ -232,7 +232,7 @@ static drive_fault_t read_sensor(drive_t *drive, const drive_setup_t *setup, loo
     return tribo_force_is_nan(y) ? DRIVE_FAULT_NAN : DRIVE_FAULT_SENSOR_RANGE;
 }
 
-/// A bad reading that is no fault yet leaves everything as it was. Without a sensor y is 0.
+/// Reads and checks the sensor. A bad reading that is not yet a fault leaves y as it was. Without a sensor y is 0.
 static drive_fault_t check_sensor(drive_t *drive, const drive_setup_t *setup, loop_force_t *reading)
 {
     if (!setup->has_sensor)
@@ -282,7 +282,7 @@ static drive_fault_t check_measured(drive_t *drive, const drive_setup_t *setup, 
                          : DRIVE_FAULT_NONE;
 }
 
-/// By `step` towards `end`, or at once if rounding would keep r where it is.
+/// Moves r by `step` towards `end`, or there at once if rounding would keep r where it is.
 static loop_force_t approach(loop_force_t r, loop_force_t end, loop_force_t step)
 {
     if (scaling_size((scaling_sum_t)end - r) <= step)
@@ -293,7 +293,7 @@ static loop_force_t approach(loop_force_t r, loop_force_t end, loop_force_t step
     return next != r ? next : end;
 }
 
-/// Takes r, and looks whether a host still renews it.
+/// Takes r, and checks that its host still renews it.
 static drive_fault_t take_reference(drive_t *drive, const drive_setup_t *setup, drive_state_t state, bool renewed)
 {
     const faults_bounds_t *bounds = &setup->bounds;
@@ -314,10 +314,10 @@ static drive_fault_t first_of(drive_fault_t a, drive_fault_t b)
 
 // --- the tick ------------------------------------------------------------------------------------------------------
 
-/// Of the background, as bits.
+/// Requests of the background, as bits.
 typedef enum
 {
-    REQUEST_RENEWED     = 1, ///< the reference
+    REQUEST_RENEWED     = 1, ///< the reference was renewed
     REQUEST_START       = 2,
     REQUEST_STOP        = 4,
     REQUEST_ACKNOWLEDGE = 8,
@@ -328,20 +328,20 @@ typedef enum
 
 static uint32_t take_request(const volatile uint8_t *count, uint8_t *seen, request_t request)
 {
-    const uint8_t now   = *count;
-    const bool    asked = now != *seen;
-    *seen               = now;
-    return asked ? (uint32_t)request : 0u;
+    const uint8_t now    = *count;
+    const bool    is_new = now != *seen;
+    *seen                = now;
+    return is_new ? (uint32_t)request : 0u;
 }
 
 /// A request is valid for the next tick only: executed there or dropped.
 static uint32_t take_requests(drive_t *drive)
 {
     uint32_t      requests = take_request(&drive->references, &drive->references_seen, REQUEST_RENEWED);
-    const uint8_t asked    = drive->asked;
-    if (asked != drive->asked_seen)
+    const uint8_t count    = drive->requests;
+    if (count != drive->requests_seen)
     {
-        drive->asked_seen = asked;
+        drive->requests_seen = count;
         atomic_thread_fence(memory_order_acquire);
         requests |= take_request(&drive->starts, &drive->starts_seen, REQUEST_START);
         requests |= take_request(&drive->stops, &drive->stops_seen, REQUEST_STOP);
@@ -370,7 +370,7 @@ static const drive_setup_t *take_setup(drive_t *drive)
     return next;
 }
 
-/// What lasts too long, once u is known.
+/// Checks the conditions that may only last for some time, once u is known.
 static drive_fault_t check_rig(drive_t *drive, const faults_bounds_t *bounds, bool limited, loop_force_t u)
 {
     faults_loop_t *lasting  = &drive->lasting.loop;
@@ -385,19 +385,19 @@ static drive_fault_t check_rig(drive_t *drive, const faults_bounds_t *bounds, bo
                       : DRIVE_FAULT_NONE;
 }
 
-/// The intended motion of this tick: a part of what is left, as a host writes more rarely than the drive ticks. The first position
-/// that it tells is where the arm is, and no motion.
+/// Returns the intended motion of this tick. A host writes positions less often than the drive ticks, so each tick takes a
+/// part of the remaining distance. The host's first position says where the arm is and is no motion.
 static int32_t take_intended(drive_t *drive)
 {
-    const bool is_told = drive->is_told;
+    const bool has_target = drive->has_position_reference;
     atomic_thread_fence(memory_order_acquire); // the host's side may be on another core
-    const int32_t wanted = drive->position_reference;
-    if (!drive->was_told)
+    const int32_t target = drive->position_reference;
+    if (!drive->has_intended)
     {
-        drive->intended = wanted;
-        drive->was_told = is_told;
+        drive->intended     = target;
+        drive->has_intended = has_target;
     }
-    const int32_t left = (int32_t)((uint32_t)wanted - (uint32_t)drive->intended);
+    const int32_t left = (int32_t)((uint32_t)target - (uint32_t)drive->intended);
     const int32_t part = left / 16 + (left > 0) - (left < 0);
     drive->intended    = (int32_t)((uint32_t)drive->intended + (uint32_t)part);
     return part;
@@ -430,7 +430,7 @@ static void run_loop(drive_t *drive, const drive_setup_t *setup, uint32_t start_
     }
     if (found != DRIVE_FAULT_NONE)
     {
-        drive->lasting.loop = (faults_loop_t){0}; // an acknowledgement begins anew
+        drive->lasting.loop = (faults_loop_t){0}; // the levels begin anew after the acknowledgement
         stop_with(drive, found);
         return;
     }
@@ -440,7 +440,7 @@ static void run_loop(drive_t *drive, const drive_setup_t *setup, uint32_t start_
     drive->port->command(drive->port->context, scaling_output(&setup->scaling, u));
 }
 
-/// The mean of DRIVE_TARE_TICKS readings becomes 0 N, if it is near what the config takes for 0 N.
+/// Makes the mean of DRIVE_TARE_TICKS readings 0 N, if its force is within tare_max_n by the config's zero.
 static void take_tare(drive_t *drive, bool requested, loop_force_t reading)
 {
     const drive_setup_t *setup = drive->setup;
@@ -466,7 +466,7 @@ static void take_tare(drive_t *drive, bool requested, loop_force_t reading)
     drive->tare              = near ? DRIVE_TARE_DONE : DRIVE_TARE_REFUSED;
 }
 
-/// Whatever is not IDLE ends a tare and refuses a new one.
+/// Ends a tare and refuses a new one, because the drive is not in IDLE.
 static void refuse_tare(drive_t *drive, uint32_t requests)
 {
     if ((requests & REQUEST_TARE) != 0u || drive->tare == DRIVE_TARE_BUSY)
@@ -475,12 +475,13 @@ static void refuse_tare(drive_t *drive, uint32_t requests)
     }
 }
 
+/// True for a fault that lasts until the next power-up.
 static bool is_for_good(drive_fault_t fault)
 {
     return (fault >= DRIVE_FAULT_IMAGE && fault <= DRIVE_FAULT_CLOCK) || fault == DRIVE_FAULT_CONFIG_CHANGED;
 }
 
-/// A start soon after a stop goes on with what was seen before.
+/// A start soon after a stop keeps the levels, so that restarting does not hide a fault.
 static void begin_levels(drive_t *drive, const drive_setup_t *setup)
 {
     faults_state_t *lasting = &drive->lasting;
@@ -504,8 +505,8 @@ static drive_state_t change_state(drive_t *drive, const drive_setup_t *setup, dr
     {
         loop_begin(&drive->loop, setup->params, drive->memory);
         begin_levels(drive, setup);
-        drive->moved    = 0; // until now the power stage was off
-        drive->was_told = false;
+        drive->moved        = 0; // until now the power stage was off
+        drive->has_intended = false;
         drive->port->enable(drive->port->context, true);
         drive->state = setup->bounds.ready_ticks > 0u ? DRIVE_STARTING : DRIVE_RUN;
     }
@@ -532,7 +533,7 @@ static drive_state_t wait_for_ready(drive_t *drive, const drive_setup_t *setup, 
     return drive->state;
 }
 
-/// What a tick has found out.
+/// Data of one tick.
 typedef struct
 {
     const drive_setup_t *setup;
@@ -540,8 +541,8 @@ typedef struct
     loop_force_t         reading;
 } tick_t;
 
-/// Without a fault.
-static void go_on(drive_t *drive, drive_state_t before, const tick_t *tick)
+/// Does the work of a tick that has found no fault.
+static void run_state(drive_t *drive, drive_state_t before, const tick_t *tick)
 {
     drive_state_t state = before;
     if ((tick->requests & (REQUEST_START | REQUEST_STOP)) != 0u)
@@ -581,14 +582,14 @@ static void change_compensation(drive_t *drive, uint32_t requests)
     drive->delayed |= requests & (REQUEST_RESTORE | REQUEST_FORGET);
     if (drive->delayed == 0u || drive->memory == NULL || loop_is_learning(drive->memory))
     {
-        return; // until the background has learned
+        return; // wait until the background has learned
     }
-    const bool rests = drive->state != DRIVE_RUN && drive->state != DRIVE_STARTING;
+    const bool is_off = drive->state != DRIVE_RUN && drive->state != DRIVE_STARTING;
     if ((drive->delayed & REQUEST_RESTORE) != 0u)
     {
         TRIBO(feedforward, restore)(&drive->memory->state);
     }
-    if ((drive->delayed & REQUEST_FORGET) != 0u && rests)
+    if ((drive->delayed & REQUEST_FORGET) != 0u && is_off)
     {
         loop_forget(drive->setup->params, drive->memory);
     }
@@ -613,13 +614,13 @@ void drive_tick(drive_t *drive)
     const drive_state_t state = drive->state;
     if (state == DRIVE_FAULT && is_for_good(drive->fault))
     {
-        off(drive); // after a failed self-test or without valid params nothing else runs
+        off(drive); // after a failed self-test, or without valid params, nothing else runs
         refuse_tare(drive, requests);
         return;
     }
     if (state != DRIVE_RUN)
     {
-        expected_step(&setup->expected, &drive->expected, 0); // since the last tick
+        expected_step(&setup->expected, &drive->expected, 0); // u has been 0 since the last tick
     }
 
     // Every check runs in every tick, so that the state of one does not depend on the result of another.
@@ -653,7 +654,7 @@ void drive_tick(drive_t *drive)
         refuse_tare(drive, requests);
         return;
     }
-    go_on(drive, state, &tick);
+    run_state(drive, state, &tick);
 }
 
 // --- from the background -------------------------------------------------------------------------------------------
@@ -683,7 +684,7 @@ void drive_position_reference(drive_t *drive, int32_t position)
 {
     drive->position_reference = position;
     atomic_thread_fence(memory_order_release);
-    drive->is_told = true;
+    drive->has_position_reference = true;
 }
 
 void drive_condemn(drive_t *drive)
@@ -691,42 +692,42 @@ void drive_condemn(drive_t *drive)
     drive->changed = true;
 }
 
-static void ask(drive_t *drive, volatile uint8_t *count)
+static void request(drive_t *drive, volatile uint8_t *count)
 {
     *count = (uint8_t)(*count + 1u);
     atomic_thread_fence(memory_order_release); // the tick may be on another core
-    drive->asked = (uint8_t)(drive->asked + 1u);
+    drive->requests = (uint8_t)(drive->requests + 1u);
 }
 
 void drive_start(drive_t *drive)
 {
-    ask(drive, &drive->starts);
+    request(drive, &drive->starts);
 }
 
 void drive_stop(drive_t *drive)
 {
-    ask(drive, &drive->stops);
+    request(drive, &drive->stops);
 }
 
 void drive_acknowledge(drive_t *drive)
 {
-    ask(drive, &drive->acknowledgements);
+    request(drive, &drive->acknowledgements);
 }
 
 void drive_tare(drive_t *drive)
 {
-    ask(drive, &drive->tares);
+    request(drive, &drive->tares);
 }
 
 #if DRIVE_FEEDFORWARD
 void drive_restore(drive_t *drive)
 {
-    ask(drive, &drive->restores);
+    request(drive, &drive->restores);
 }
 
 void drive_forget(drive_t *drive)
 {
-    ask(drive, &drive->forgets);
+    request(drive, &drive->forgets);
 }
 
 uint32_t drive_warnings(const drive_t *drive)
@@ -814,7 +815,7 @@ const char *drive_warning_text(drive_warning_t warning)
     case DRIVE_WARNING_BOUND:
         return "learned breakaway stays at its bound";
     case DRIVE_WARNING_HARM:
-        return "friction fed back: forward it costs more effort than it saves";
+        return "friction is fed back: feeding it forward costs more effort than it saves";
     default:
         return "unknown";
     }

@@ -1,8 +1,8 @@
-/// The reading that the commands of the last ticks lead to if nothing is broken and nothing rubs, whatever method made them:
+/// Predicts the reading that the past commands lead to on an intact rig without friction, for commands of any method:
 ///
 ///     u + g --> actuator's pole --> arm, Eq. (2) with f = 0 --> sensor's pole --> y expected
 ///
-/// A healthy rig differs from it by friction, so by about L, and for a moment by what the model leaves out.
+/// A healthy rig differs from the prediction by its friction, about L, and briefly by the dynamics that the model leaves out.
 
 #ifndef DRIVE_EXPECTED_H
 #define DRIVE_EXPECTED_H
@@ -11,18 +11,18 @@
 #include "app/loop.h"
 #include "app/scaling.h"
 
-/// Constants of a tick.
+/// Constants of the model.
 typedef struct
 {
     const TRIBO(arm, params_t) * arm; ///< of the loop's params
     loop_force_t   down;              ///< -g
-    scaling_gain_t actuator, sensor;  ///< what a pole passes on in a tick, h/(1/p + h)
+    scaling_gain_t actuator, sensor;  ///< part of its input step that a pole p passes in a tick, h/(1/p + h)
 } expected_t;
 
-/// Zero but for the arm at a start; expected_reset makes it so.
+/// The state of the model. expected_reset makes it the state at rest: all zero except for the arm.
 typedef struct
 {
-    loop_force_t drive, force, y; ///< behind the actuator, of the arm, behind the sensor
+    loop_force_t drive, force, y; ///< outputs of the actuator, the arm and the sensor
     TRIBO(arm, state_t) arm;
 } expected_state_t;
 
@@ -34,7 +34,7 @@ static inline loop_force_t expected_pole(loop_force_t x, loop_force_t input, con
     return scaling_sum(x, scaling_times(part, scaling_difference(input, x)));
 }
 
-/// A tick with `u` as applied. y of the next tick is compared with state->y.
+/// Advances the model by one tick in which `u` is applied. Compare y of the next tick with state->y.
 static inline void expected_step(const expected_t *expected, expected_state_t *state, loop_force_t u)
 {
     state->drive = expected_pole(state->drive, scaling_difference(u, expected->down), &expected->actuator);

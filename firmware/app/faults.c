@@ -10,20 +10,21 @@ static int32_t thousandths_of(float x)
     return (int32_t)(x * 1000.0f + 0.5f);
 }
 
-/// The smallest nonzero for less than that: 0 means off.
+/// A positive x never becomes 0, because 0 means off.
 static loop_force_t force_of(float x, float full)
 {
     const loop_force_t force = scaling_number(x, full);
     return x > 0.0f && force == 0 ? tribo_force_of_word(1u) : force;
 }
 
-/// At least 1: 0 means off.
+/// Positive units become at least 1, because 0 means off.
 static int32_t travel_of(float units)
 {
     return units >= 2147483647.0f ? INT32_MAX : units > 0.0f && units < 1.0f ? 1 : (int32_t)units;
 }
 
-/// Swings of a signal, in forces of the arithmetic: at least `least` of the range of u, and one over the whole range fills `ms`.
+/// How swings of a signal fill a level: a swing counts from the part `least` of the range of u on, and a swing over the
+/// whole range adds as much as `ms` of time take away.
 static faults_swings_t swings_of(float range, float least, float ms, const drive_config_t *config)
 {
     const float steps = FAULTS_SWING_STEPS * ms * 1000.0f / (float)config->period_us;
@@ -33,8 +34,9 @@ static faults_swings_t swings_of(float range, float least, float ms, const drive
                              .gain  = (scaling_rise_t)(gain < most ? gain : most)};
 }
 
-/// In a second a level loses 500 ms: swings of y over half a range of u a second are left alone, and of u over 1.25. Noise moves u more
-/// than y, so that u's smallest swing is wider. Set by tests/firmware/loop_study.c.
+/// In a second a level loses 500 ms. It therefore tolerates swings of y that add up to half the range of u a second, and
+/// swings of u that add up to 1.25 ranges. Noise moves u more than y, so the smallest swing of u that counts is larger. The
+/// values come from tests/firmware/loop_study.c.
 static void init_swings(faults_bounds_t *bounds, const drive_config_t *config, const loop_params_t *params)
 {
     const float range   = (float)scaling_rise(params->controller.TRIBO_N(u_min), params->controller.TRIBO_N(u_max));
@@ -44,7 +46,7 @@ static void init_swings(faults_bounds_t *bounds, const drive_config_t *config, c
     bounds->moves_of_r  = swings_of(range, 1.0f / 100.0f, 2000.0f, config);
     bounds->follow      = scaling_gain(h_s / (0.05f + h_s));
     bounds->swing_level = FAULTS_SWING_STEPS * (int32_t)ticks_of(config->swing_ms, config->period_us);
-    bounds->asked_most  = (int32_t)ticks_of(4000u, config->period_us); // forgotten in that time
+    bounds->credit_max  = (int32_t)ticks_of(4000u, config->period_us); // r's credit expires after 4 s
 }
 
 void faults_init(faults_bounds_t *bounds, const drive_config_t *config, const loop_params_t *params)

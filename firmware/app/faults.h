@@ -1,8 +1,9 @@
-/// Faults of the rig that a single tick cannot reveal: each is a condition that lasts longer than its bound. A bound of 0
+/// Detects faults of the rig that a single tick cannot reveal: conditions that last longer than their bound. A bound of 0
 /// disables its fault.
 ///
-/// They remember: a tick with the condition raises a level by some steps, one without lowers it by one step, so that a contact that is
-/// good now and then reaches the bound as well. A stop that a start follows within FAULTS_REST_MS leaves the levels as they are.
+/// Most conditions have a level: a tick with the condition raises it by some steps, a tick without lowers it by one step. An
+/// intermittent contact therefore reaches the bound as well. A start within FAULTS_REST_MS of a stop leaves the levels as
+/// they are.
 
 #ifndef DRIVE_FAULTS_H
 #define DRIVE_FAULTS_H
@@ -14,79 +15,82 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-// Steps that a level rises by: it reaches its bound if more than one tick in ... has the condition.
+// Steps by which a level rises in a tick with the condition. The level reaches its bound if the condition holds in more than
+// one tick of ...
 #define FAULTS_RISE_RESIDUAL 4u ///< ... five
 #define FAULTS_RISE_MEASURED 2u ///< ... three
-#define FAULTS_RISE_LOOP     1u ///< ... two: of tracking and command limit, which a fast reference leads to as well
-#define FAULTS_RISE_BAD      8u ///< ... nine: of readings that the debounce leaves out
-#define FAULTS_RISE_LIMITED  6  ///< of swings of y, with u at a limit
-#define FAULTS_SWING_STEPS   2  ///< of a swing's level for a tick; it loses one of them a tick
-#define FAULTS_BAD_LEVEL     (FAULTS_RISE_BAD * 32u)
+#define FAULTS_RISE_LOOP                                                                                               \
+    1u ///< ... two: for tracking and command limit, whose conditions a fast reference causes as well
+#define FAULTS_RISE_BAD     8u ///< ... nine: for the bad readings that the debounce bridges
+#define FAULTS_RISE_LIMITED 6  ///< rise of the level of y's swings in a tick with u at a limit
+#define FAULTS_SWING_STEPS  2  ///< steps of a swing's level that correspond to a tick; the level loses one step a tick
+#define FAULTS_BAD_LEVEL    (FAULTS_RISE_BAD * 32u)
 
 #define FAULTS_REST_MS 1000u
-#define FAULTS_KICKS   2 ///< what r asks of u for each tick that it asks of y
+#define FAULTS_KICKS   2 ///< credit that moves of r give to swings of u, for each tick of credit to swings of y
 
 /// How swings fill a level.
 typedef struct
 {
-    scaling_rise_t least; ///< smallest that counts
-    scaling_rise_t gain;  ///< steps of a newton; of twice the full scale in Q31
+    scaling_rise_t least; ///< size of the smallest swing that counts
+    scaling_rise_t gain;  ///< steps for a swing of 1 N; in Q31, for one of twice the full scale
 } faults_swings_t;
 
 /// The bounds of drive_config_t as forces of the arithmetic and as ticks.
 typedef struct
 {
     loop_force_t   residual;       ///< at y = 0
-    scaling_gain_t residual_slope; ///< what it grows by with |y|
+    scaling_gain_t residual_slope; ///< growth of the residual's bound with |y|
     loop_force_t   tracking;
-    loop_force_t   tare_max;                  ///< 0: off
-    int32_t        travel;                    ///< in speed_ticks, in units of the position; 0: off
-    uint32_t       debounce_n, debounce_mask; ///< so many of these bits
-    uint32_t       residual_level, tracking_level, command_limit_level;
-    uint32_t       speed_ticks, reference_ticks, ready_ticks, rest_ticks;
+    loop_force_t   tare_max;            ///< 0: off
+    int32_t        travel;              ///< largest in speed_ticks, in units of the position; 0: off
+    uint32_t debounce_n, debounce_mask; ///< number of bad readings that are a fault, and the ticks in which they count
+    uint32_t residual_level, tracking_level, command_limit_level;
+    uint32_t speed_ticks, reference_ticks, ready_ticks, rest_ticks;
 
     faults_swings_t swings_of_u, swings_of_y, moves_of_r;
-    scaling_gain_t  follow; ///< part of the way to r that a loop goes in a tick
-    int32_t         swing_level, asked_most;
+    scaling_gain_t  follow; ///< part of the distance to r that a loop covers in a tick
+    int32_t         swing_level, credit_max;
 
-    loop_force_t ramp;           ///< of r a tick without a host; 0: a fault
-    loop_force_t safe_reference; ///< where it ends
+    loop_force_t ramp;           ///< change of r a tick without a host; 0: a fault instead
+    loop_force_t safe_reference; ///< where the ramp ends
     int32_t      over_current_ma, bus_low_mv, bus_high_mv, temperature_max_mc; ///< 0: off
-    bool         is_measured;                                                  ///< one of these, or travel, is on
+    bool         is_measured; ///< one of these four bounds, or that of travel, is on
     uint32_t     over_current_level, bus_voltage_level, temperature_level;
 } faults_bounds_t;
 
-/// Turns of a signal, and the level that its swings have filled: in steps, and below 0 what r has asked for in advance.
+/// The present swing of a signal, and the level that its earlier swings have filled.
 typedef struct
 {
-    loop_force_t begin, end; ///< of the present swing
+    loop_force_t begin, end;
     bool         falls;
-    int32_t      level;
+    int32_t      level; ///< steps; negative: credit for swings that moves of r explain
 } faults_turns_t;
 
-/// Levels of the loop, which run in RUN alone.
+/// Levels that change only in RUN.
 typedef struct
 {
     uint32_t       residual, tracking, command_limit;
     faults_turns_t u, y;
-    loop_force_t   followed; ///< r, behind a low pass
-    scaling_rise_t travel;   ///< of it
+    loop_force_t   followed; ///< r behind a low pass, as far as a loop follows it
+    scaling_rise_t travel;   ///< of `followed`, not yet credited
 } faults_loop_t;
 
 typedef struct
 {
     faults_loop_t loop;
-    uint32_t      reference; ///< ticks in a row
-    uint32_t      starting;  ///< ticks until the power stage was ready
-    uint32_t      bad;       ///< readings
-    uint32_t      speed;     ///< ticks since the arm was at `position`; 0: it has not been looked at
+    uint32_t      reference; ///< ticks in a row without a new reference
+    uint32_t      starting;  ///< ticks of waiting for the power stage
+    uint32_t      bad;       ///< level of bad readings
+    uint32_t      speed;     ///< ticks since the arm was at `position`; 0: no position yet
     int32_t       position;
     uint32_t      over_current, bus_voltage, temperature;
 } faults_state_t;
 
 void faults_init(faults_bounds_t *bounds, const drive_config_t *config, const loop_params_t *params);
 
-/// Raises or lowers a level; true beyond `bound`, near which it stays.
+/// Raises the level by `rise` if the condition holds, or lowers it by one step. Returns true while the level is above
+/// `bound`, where it stops rising.
 static inline bool faults_last(uint32_t *level, bool condition, uint32_t rise, uint32_t bound)
 {
     const uint32_t was = *level;
@@ -99,15 +103,15 @@ static inline bool faults_apart(loop_force_t a, loop_force_t b, loop_force_t bou
     return scaling_size((scaling_sum_t)a - b) > bound;
 }
 
-/// Counts ticks in a row.
+/// Counts ticks in a row with the condition. Returns true beyond `bound`.
 static inline bool faults_in_a_row(uint32_t *ticks, bool condition, uint32_t bound)
 {
     *ticks = condition ? *ticks + (*ticks != UINT32_MAX) : 0u;
     return bound > 0u && *ticks > bound;
 }
 
-/// Takes over whether this tick's reading is bad into `history`, a bit a tick, and into `level`; true if it is, and enough of the
-/// last ones were.
+/// Records whether this tick's reading is bad in `history`, a bit a tick, and in `level`. Returns true if it is bad and enough of
+/// the last ones were.
 static inline bool faults_readings(const faults_bounds_t *bounds, uint32_t *history, uint32_t *level, bool bad)
 {
     *history         = *history << 1 | (bad ? 1u : 0u);
@@ -122,8 +126,8 @@ static inline bool faults_readings(const faults_bounds_t *bounds, uint32_t *hist
 
 // Each of the following processes a tick and returns true once its bound is exceeded.
 
-/// `expected` is the reading that u leads to (expected.h). A healthy sensor follows it within its friction and the model's error;
-/// one that is detached, frozen, reversed or reads half does not, nor does a motor that is open or an arm that touches nothing.
+/// `expected` is the reading that u leads to (expected.h). A healthy rig follows it within its friction and the model's error. A
+/// sensor that is detached, frozen, reversed or reads half, an open motor or an arm that touches nothing do not.
 static inline bool faults_residual(const faults_bounds_t *bounds,
                                    faults_loop_t         *state,
                                    loop_force_t           y,
@@ -137,15 +141,15 @@ static inline bool faults_residual(const faults_bounds_t *bounds,
                        bounds->residual_level);
 }
 
-/// From r as far as a loop follows it.
+/// y is away from r, as far as a loop follows r.
 static inline bool faults_tracking(const faults_bounds_t *bounds, faults_loop_t *state, loop_force_t y)
 {
     const bool away = faults_apart(state->followed, y, bounds->tracking);
     return faults_last(&state->tracking, away, FAULTS_RISE_LOOP, bounds->tracking_level);
 }
 
-/// Travel since a position that is renewed every speed_ticks: a jump counts at once, a speed after two such times at most. A
-/// position may wrap at 2^32.
+/// Compares the travel since a position that is renewed every speed_ticks. A jump counts at once, a speed after at most two such
+/// times. The position may wrap at 2^32.
 static inline bool faults_speed(const faults_bounds_t *bounds, faults_state_t *state, int32_t position)
 {
     if (state->speed == 0u)
@@ -168,14 +172,14 @@ static inline bool faults_command_limit(const faults_bounds_t *bounds, faults_lo
 
 #define FAULTS_CHARGE_MOST 1000000
 
-/// Steps of a swing, limited where the range of u is tiny.
+/// Returns the steps of a swing of this size. The limit matters only if the range of u is tiny.
 static inline int32_t faults_charge(const faults_swings_t *swings, scaling_rise_t size)
 {
     const scaling_rise_t charge = TRIBO_EITHER(size * swings->gain, (uint32_t)((uint64_t)size * swings->gain >> 32));
     return charge < (scaling_rise_t)FAULTS_CHARGE_MOST ? (int32_t)charge : FAULTS_CHARGE_MOST;
 }
 
-/// The size of a swing once the signal has turned, by more than `least`; else 0.
+/// Returns the size of the swing that ends once the signal has turned back by more than `least`; otherwise 0.
 static inline scaling_rise_t faults_turn(faults_turns_t *turns, loop_force_t x, scaling_rise_t least)
 {
     if (turns->falls ? x <= turns->end : x >= turns->end)
@@ -195,32 +199,32 @@ static inline scaling_rise_t faults_turn(faults_turns_t *turns, loop_force_t x, 
     return size;
 }
 
-/// Swings fill the level, what r has asked for and time empty it.
+/// Swings fill the level; credit for moves of r and time empty it.
 static inline void faults_swing(const faults_bounds_t *bounds,
                                 const faults_swings_t *swings,
                                 faults_turns_t        *turns,
                                 loop_force_t           x,
-                                int32_t                asked)
+                                int32_t                credit)
 {
     const scaling_rise_t size  = faults_turn(turns, x, swings->least);
-    int32_t              level = turns->level - (turns->level > 0) + (turns->level < 0) - asked;
+    int32_t              level = turns->level - (turns->level > 0) + (turns->level < 0) - credit;
     if (size > 0)
     {
         level += faults_charge(swings, size);
     }
-    turns->level = level < -bounds->asked_most ? -bounds->asked_most : level;
+    turns->level = level < -bounds->credit_max ? -bounds->credit_max : level;
 }
 
-/// Steps of the swing that has not turned yet.
-static inline int32_t faults_under_way(const faults_swings_t *swings, const faults_turns_t *turns)
+/// Returns the steps of the swing that has not turned yet.
+static inline int32_t faults_unfinished_swing(const faults_swings_t *swings, const faults_turns_t *turns)
 {
     return faults_charge(swings,
                          turns->falls ? scaling_rise(turns->end, turns->begin)
                                       : scaling_rise(turns->begin, turns->end));
 }
 
-/// Steps of swings that r has asked for by moving as far as a loop follows it.
-static inline int32_t faults_asked(const faults_bounds_t *bounds, faults_loop_t *state, loop_force_t r)
+/// Returns the steps of swings that moves of r explain, as far as a loop follows them.
+static inline int32_t faults_credit(const faults_bounds_t *bounds, faults_loop_t *state, loop_force_t r)
 {
     const loop_force_t before = state->followed;
     state->followed           = scaling_sum(before, scaling_times(&bounds->follow, scaling_difference(r, before)));
@@ -230,12 +234,12 @@ static inline int32_t faults_asked(const faults_bounds_t *bounds, faults_loop_t 
     {
         return 0;
     }
-    const int32_t asked = faults_charge(&bounds->moves_of_r, state->travel);
-    state->travel       = 0;
-    return asked;
+    const int32_t credit = faults_charge(&bounds->moves_of_r, state->travel);
+    state->travel        = 0;
+    return credit;
 }
 
-/// A loop that swings to and fro by itself, as a badly tuned one does.
+/// The loop swings by itself, as a badly tuned one does.
 static inline bool faults_swinging(const faults_bounds_t *bounds,
                                    faults_loop_t         *state,
                                    loop_force_t           r,
@@ -243,20 +247,21 @@ static inline bool faults_swinging(const faults_bounds_t *bounds,
                                    loop_force_t           u,
                                    bool                   limited)
 {
-    const int32_t asked = faults_asked(bounds, state, r);
+    const int32_t credit = faults_credit(bounds, state, r);
     if (bounds->swing_level == 0)
     {
         return false;
     }
-    faults_swing(bounds, &bounds->swings_of_u, &state->u, u, FAULTS_KICKS * asked);
-    faults_swing(bounds, &bounds->swings_of_y, &state->y, y, asked);
+    faults_swing(bounds, &bounds->swings_of_u, &state->u, u, FAULTS_KICKS * credit);
+    faults_swing(bounds, &bounds->swings_of_y, &state->y, y, credit);
     if (limited && state->y.level > 0)
     {
         state->y.level += FAULTS_RISE_LIMITED;
     }
-    const int32_t of_y = state->y.level;
+    const int32_t level_of_y = state->y.level;
     return state->u.level > bounds->swing_level ||
-           (of_y > 0 && of_y + faults_under_way(&bounds->swings_of_y, &state->y) > bounds->swing_level);
+           (level_of_y > 0 &&
+            level_of_y + faults_unfinished_swing(&bounds->swings_of_y, &state->y) > bounds->swing_level);
 }
 
 static inline bool faults_reference(const faults_bounds_t *bounds, faults_state_t *state, bool renewed)
@@ -284,7 +289,7 @@ static inline bool faults_temperature(const faults_bounds_t *bounds, faults_stat
     return faults_last(&state->temperature, beyond, FAULTS_RISE_MEASURED, bounds->temperature_level);
 }
 
-/// While the power stage is on but not ready.
+/// The power stage is on but not ready.
 static inline bool faults_starting(const faults_bounds_t *bounds, faults_state_t *state)
 {
     return faults_in_a_row(&state->starting, true, bounds->ready_ticks);

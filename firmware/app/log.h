@@ -1,4 +1,4 @@
-/// Text for the log of a port, from the background.
+/// Writes text to the log of a port, from the background.
 
 #ifndef DRIVE_LOG_H
 #define DRIVE_LOG_H

@@ -19,7 +19,8 @@ tribo_status_t loop_setup(loop_setup_t *setup, const tribo_force_loop_f32_config
 void loop_begin(loop_state_t *state, const loop_params_t *params, loop_memory_t *memory)
 {
     state->memory = memory != NULL ? &memory->state.tick : NULL;
-    (void)TRIBO(force_loop, start)(state, params, true); // refused without memory, and counted in each tick
+    (void)TRIBO(force_loop,
+                start)(state, params, true); // fails without memory, which each tick then counts as a bad input
 }
 
 bool loop_has_sensor(const loop_params_t *params)
@@ -84,11 +85,11 @@ float loop_share(const loop_state_t *state)
     return (float)state->guard.fade * (1.0f / (float)TRIBO_ALL);
 }
 #else
-// NOLINTBEGIN(readability-non-const-parameter): a loop with a feed-forward writes it
+// NOLINTBEGIN(readability-non-const-parameter): a loop with a feed-forward writes to `memory`
 void loop_begin(loop_state_t *state, const loop_params_t *params, loop_memory_t *memory)
 {
     (void)memory;
-    (void)TRIBO(force_loop, start)(state, params, false); // not null
+    (void)TRIBO(force_loop, start)(state, params, false); // cannot fail: the pointers are not null
 }
 
 void loop_motion(loop_memory_t *memory, int32_t intended, int32_t measured, loop_widths_t per_unit)

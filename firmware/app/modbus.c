@@ -17,16 +17,18 @@ enum
 
 // --- the line ------------------------------------------------------------------------------------------------------
 
-/// 3.5 characters of 11 bits, but 1.75 ms over 19200 baud; the last byte may have arrived at the end of its tick.
+/// A frame ends after 3.5 characters of 11 bits, or 1.75 ms above 19200 baud, rounded up to whole ticks, because the last
+/// byte may have arrived at the end of its tick.
 void modbus_init(modbus_t *modbus, uint8_t unit, uint32_t baud, uint32_t period_us)
 {
     const uint32_t silence_us = baud > 19200u ? 1750u : 38500000u / baud;
-    const uint32_t tick_us =
-        period_us > 0u ? period_us : 1u; // 0 in a config that the drive then refuses, over this bus
+    const uint32_t tick_us    = period_us > 0u
+                                    ? period_us
+                                    : 1u; // a config with a period of 0 is refused, but the refusal is read over this bus
     *modbus = (modbus_t){.unit = unit, .silent_ticks = silence_us / tick_us + (silence_us % tick_us > 0u)};
 }
 
-#define TICK_BYTES 64u // the rest follows in the next tick
+#define TICK_BYTES 64u // most bytes that a tick takes; the next one takes the rest
 
 void modbus_take(modbus_t *modbus, const modbus_line_t *line)
 {
@@ -65,8 +67,8 @@ static bool is_frame(const uint8_t *frame, size_t length)
     return length >= FRAME_MIN && length <= MODBUS_FRAME_MAX && crc16(frame, length) == 0u;
 }
 
-/// Bytes between two silences that are no frame.
-static void pass_on(modbus_t *modbus, const modbus_line_t *line, modbus_source_t source)
+/// Handles bytes between two silences that are not a frame.
+static void pass_on_stray(modbus_t *modbus, const modbus_line_t *line, modbus_source_t source)
 {
     if (source == MODBUS_LATE)
     {
@@ -90,7 +92,7 @@ void modbus_serve(modbus_t                 *modbus,
             (uint16_t)modbus_execute(modbus, registers, source, modbus->frame, modbus->length, modbus->answer);
         if (modbus->bad_frames != bad_frames)
         {
-            pass_on(modbus, line, source);
+            pass_on_stray(modbus, line, source);
         }
         modbus->answer_sent = 0;
         modbus->length      = 0;
@@ -117,12 +119,12 @@ static void put(uint8_t *bytes, uint16_t value)
     bytes[1] = (uint8_t)value;
 }
 
-/// A decoded request. A count of 0: no read or no write.
+/// A decoded request. A count of 0 means no read or no write.
 typedef struct
 {
     uint16_t       read_address, read_count;
     uint16_t       write_address, write_count;
-    const uint8_t *values; ///< to be written
+    const uint8_t *values; ///< the values to write
 } request_t;
 
 static bool fits(uint16_t address, uint16_t count)
@@ -130,10 +132,10 @@ static bool fits(uint16_t address, uint16_t count)
     return (uint32_t)address + count <= 0x10000u;
 }
 
-/// `data` are the `size` bytes between function and CRC.
+/// Decodes `data`, the `size` bytes between function and CRC.
 static modbus_status_t parse(request_t *request, uint8_t function, const uint8_t *data, size_t size)
 {
-    size_t   head      = 0; // up to the values
+    size_t   head      = 0; // bytes before the values
     uint16_t read_max  = 0;
     uint16_t write_max = 0;
     *request           = (request_t){0};
@@ -175,11 +177,11 @@ static modbus_status_t parse(request_t *request, uint8_t function, const uint8_t
         request->write_count   = function == WRITE_REGISTER ? 1u : get(part + 2);
         request->values        = data + head;
     }
-    const bool counted = function == WRITE_REGISTERS || function == READ_WRITE_REGISTERS; // has a byte count
-    const bool good    = (read_max == 0u || (request->read_count >= 1u && request->read_count <= read_max)) &&
+    const bool has_byte_count = function == WRITE_REGISTERS || function == READ_WRITE_REGISTERS;
+    const bool good           = (read_max == 0u || (request->read_count >= 1u && request->read_count <= read_max)) &&
                       (write_max == 0u || (request->write_count >= 1u && request->write_count <= write_max)) &&
                       size == head + 2u * request->write_count &&
-                      (!counted || data[head - 1u] == 2u * request->write_count);
+                      (!has_byte_count || data[head - 1u] == 2u * request->write_count);
     if (!good)
     {
         return MODBUS_ILLEGAL_VALUE;
@@ -213,8 +215,8 @@ static modbus_status_t read_values(const modbus_registers_t *registers,
                : registers->read(registers->context, request->read_address, request->read_count, values);
 }
 
-/// Function 23 writes first. A trial read before it prevents the write if the registers to read do not exist; whether they are
-/// readable may depend on the write.
+/// Executes a request. Function 23 writes before it reads. A trial read before the write prevents it if the registers to read do
+/// not exist; whether their values can be read may depend on the write.
 static modbus_status_t perform(const modbus_registers_t *registers,
                                modbus_source_t           source,
                                const request_t          *request,
@@ -236,7 +238,7 @@ static modbus_status_t perform(const modbus_registers_t *registers,
     return status;
 }
 
-/// The size of the answer, without its frame.
+/// Returns the size of the answer without its frame.
 static size_t write_answer(uint8_t *answer, const uint8_t *pdu, const request_t *request, const uint16_t *values)
 {
     answer[0] = pdu[0];
@@ -302,7 +304,7 @@ size_t modbus_execute(modbus_t                 *modbus,
     size_t size = modbus_answer(modbus, registers, all ? MODBUS_GUEST : source, frame + 1, pdu, answer + 1) + 1u;
     if (all)
     {
-        modbus->exceptions = exceptions; // nobody answers
+        modbus->exceptions = exceptions; // a broadcast has no answer, hence no exception
         return 0;
     }
     answer[0]          = frame[0];

@@ -9,7 +9,7 @@
 
 // --- the lists -----------------------------------------------------------------------------------------------------
 
-/// All that the library is set up with.
+/// All configs that the library's set-up takes.
 typedef struct
 {
     tribo_force_loop_f32_config_t loop;
@@ -20,7 +20,7 @@ typedef struct
 #endif
 } configs_t;
 
-/// A table of the library's, and where its config is.
+/// A parameter table of the library, and the offset of its config in configs_t.
 typedef struct
 {
     const tribo_parameter_t *rows;
@@ -44,7 +44,7 @@ static const group_t groups[] = {
 #endif
 };
 
-/// The n-th row of all groups; false behind the last.
+/// Finds the n-th row of all groups, its word in a set and its offset in configs_t. Returns false beyond the last row.
 static bool find_row(uint32_t n, const tribo_parameter_t **row, uint32_t *word, size_t *at)
 {
     for (size_t i = 0; i < sizeof groups / sizeof groups[0]; i++)
@@ -82,7 +82,7 @@ static void put(params_set_t *set, uint32_t word, const void *bits)
 }
 
 #if DRIVE_FEEDFORWARD
-/// The rig's poles: words of the residual's model, and of the feed-forward's.
+/// The rig's poles: their words in the residual's model and in the feed-forward.
 static const struct
 {
     uint8_t residual, feed;
@@ -143,7 +143,7 @@ static bool refuse_row(params_error_t *error, const params_set_t *set, const tri
     return refuse(error, word, value, row->low, row->high, (tribo_status_t)row->status);
 }
 
-/// Null: a word of `drive`, the method, the guard's, a section or the table.
+/// Returns the row of a word. Null for a word of `drive`, a section or the table, the method or guard.on, which have no row.
 static const tribo_parameter_t *row_of(uint32_t word)
 {
     const tribo_parameter_t *row;
@@ -180,13 +180,13 @@ static float highest(uint32_t word)
     return word < (uint32_t)DRIVE_CONFIG_COUNT ? drive_config_fields[word].high : row != NULL ? row->high : 1e6f;
 }
 
-/// A number that nobody means may be between the ends of a range.
+/// Refuses numbers that no one can mean (params_is_meant), which may nevertheless be within their range.
 static bool check_sizes(params_error_t *error, const params_set_t *set)
 {
     for (uint32_t word = 0; word < PARAMS_WORDS; word++)
     {
         const float least = params_least(word);
-        // What a word is takes a search among all rows, so it is asked last.
+        // params_is_number comes last, because it searches all rows.
         if (!params_is_meant(params_word(set, word), least) && params_is_number(word))
         {
             return refuse(error, word, params_number(set, word), least, highest(word), TRIBO_OK);
@@ -195,7 +195,7 @@ static bool check_sizes(params_error_t *error, const params_set_t *set)
     return true;
 }
 
-/// The ranges of all rows, also of what this method does not use.
+/// Checks the ranges of all rows, including those that this method does not use.
 static bool check_ranges(params_error_t *error, const params_set_t *set)
 {
     const tribo_parameter_t *row;
@@ -222,7 +222,7 @@ static bool check_ranges(params_error_t *error, const params_set_t *set)
     return true;
 }
 
-// --- what protects --------------------------------------------------------------------------------------------------
+// --- words that protect ---------------------------------------------------------------------------------------------
 
 static float value_of(const params_set_t *set, uint32_t word)
 {
@@ -273,12 +273,12 @@ bool params_check_wiring(const params_set_t *set, const params_set_t *of_board, 
     return true;
 }
 
-// Of the rows, by their words: only some of the loop's protect.
+// A bit for each word of the loop that protects. No word of the feed-forward or the guard does.
 #define PROTECTING(group, symbol, member, key, unit, low, high, standard, change, number, ...)                         \
     | (uint32_t)TRIBO_##change << ((number) - PARAMS_LOOP_NUMBER) / 2u
 #define IS_PROTECTING(group, symbol, member, key, unit, low, high, standard, change, ...) | TRIBO_##change
 _Static_assert(PARAMS_LOOP_COUNT <= 32 && (0 PARAMS_FEED_ROWS(IS_PROTECTING) PARAMS_GUARD_ROWS(IS_PROTECTING)) == 0,
-               "a word of bits has them all");
+               "only words of the loop protect, and they fit into 32 bits");
 static const uint32_t protecting = 0u PARAMS_LOOP_ROWS(PROTECTING);
 #undef IS_PROTECTING
 #undef PROTECTING
@@ -301,8 +301,8 @@ static int32_t sign_of(float x)
     return (x > 0.0f) - (x < 0.0f);
 }
 
-/// Signs of the controller's gain: `at_once` of u to a step of e, b0 of each section, and `in_the_end`, b2 of each in delta form.
-/// A section without b2 ends at 0, on the side of its b1, or of b0 without that.
+/// Finds the signs of u after a step of e: `at_once`, from b0 of each section, and `in_the_end`, from b2 of each in delta
+/// form. The output of a section without b2 ends at 0, approached from the side of its b1, or of b0 if b1 is 0 as well.
 static void find_signs(const params_set_t *set, int32_t *at_once, int32_t *in_the_end)
 {
     const uint32_t count = params_word(set, PARAMS_SECTION_COUNT);
@@ -371,7 +371,7 @@ static configs_t configs_of(const params_set_t *set)
     return configs;
 }
 
-/// The words of `set` whose member is in the part of `configs` from byte `first` up to byte `end`.
+/// Copies to `set` the words whose members are in `configs` from byte `first` up to, not including, byte `end`.
 static void take(params_set_t *set, const configs_t *configs, size_t first, size_t end)
 {
     const tribo_parameter_t *row;
@@ -386,7 +386,7 @@ static void take(params_set_t *set, const configs_t *configs, size_t first, size
     }
 }
 
-/// More sections or points than fit are left out, and the count is refused.
+/// Leaves out sections or points beyond those that fit; their count is refused later.
 void params_take_loop(params_set_t                         *set,
                       const tribo_force_loop_f32_config_t  *config,
                       const tribo_feedforward_f32_config_t *feedforward,
@@ -436,12 +436,13 @@ void params_take_guard(params_set_t *set, const tribo_guard_f32_config_t *config
     }
 }
 
-/// Of one that is not on only fade_time_s counts, within which an earlier guard's fade ends: nothing of it is refused.
+/// Of a guard that is off only fade_time_s counts, within which the fade of an earlier guard ends. Its other fields get
+/// values that are never refused.
 static tribo_guard_f32_config_t guard_of(const params_set_t *set, const configs_t *configs, bool is_on)
 {
     const float              h     = configs->loop.sample_time_s;
     tribo_guard_f32_config_t guard = configs->guard;
-    (void)set; // in f32
+    (void)set; // unused in f32
     if (!is_on)
     {
         guard.turn_n       = TRIBO_EITHER(1.0f, 0.5f * set->drive.full_scale_n);
@@ -454,9 +455,9 @@ static tribo_guard_f32_config_t guard_of(const params_set_t *set, const configs_
 
 static tribo_status_t set_up_loop(params_t *params, const configs_t *configs)
 {
-    const params_set_t           *set   = &params->set;
-    tribo_force_loop_f32_config_t loop  = configs->loop;
-    const bool                    is_on = set->guard_on != 0u && set->method != PARAMS_METHOD_SENSORLESS; // it judges y
+    const params_set_t           *set  = &params->set;
+    tribo_force_loop_f32_config_t loop = configs->loop;
+    const bool is_on = set->guard_on != 0u && set->method != PARAMS_METHOD_SENSORLESS; // a guard judges y
     const tribo_guard_f32_config_t guard = guard_of(set, configs, is_on);
 
     loop.guard = TRIBO(guard, use)(&params->loop.guard, &guard);
@@ -483,7 +484,8 @@ static tribo_status_t set_up_loop(params_t *params, const configs_t *configs)
 }
 #endif
 
-/// Of several parameters together the inertia is named, of the whole cascade its first coefficient.
+/// Translates a refusal of the library. If several parameters are wrong only together, it names the inertia; for the whole
+/// cascade it names the first coefficient.
 static bool refuse_loop(params_error_t        *error,
                         const params_t        *params,
                         const configs_t       *configs,
@@ -510,8 +512,8 @@ static bool refuse_loop(params_error_t        *error,
     }
     if (status == TRIBO_ERR_PAPER_SAMPLE_TIME)
     {
-        const float papers_s = TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S;
-        return refuse(error, PARAMS_SAMPLE_TIME, configs->loop.sample_time_s, papers_s, papers_s, status);
+        const float only_s = TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S;
+        return refuse(error, PARAMS_SAMPLE_TIME, configs->loop.sample_time_s, only_s, only_s, status);
     }
     const bool of_table = status >= TRIBO_ERR_TABLE_FORCE && status <= TRIBO_ERR_TABLE_NEGATIVE;
     word                = of_table ? PARAMS_TABLE_AT + 3u * refusal->index : PARAMS_SECTIONS_AT + 5u * refusal->index;

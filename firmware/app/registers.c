@@ -39,13 +39,13 @@ static bool make(registers_t *registers, params_t *params)
     return !registers->is_refused;
 }
 
-/// The other of the two, which the drive does not run with.
+/// Returns the one of the two params that the drive does not run with.
 static params_t *spare_of(registers_t *registers)
 {
     return registers->active == &registers->params[0] ? &registers->params[1] : &registers->params[0];
 }
 
-/// What was saved takes the place of the defaults. What is refused stays staged, to be looked at.
+/// Replaces the defaults by the saved set. A saved set that is refused stays staged, so that a host can read it.
 static void load(registers_t *registers)
 {
     const store_flash_t *flash = registers->board.flash;
@@ -61,7 +61,7 @@ static void load(registers_t *registers)
     registers->is_known = registers->store == STORE_OK || registers->store == STORE_EMPTY;
 }
 
-/// New params begin a new seal.
+/// Begins the seal of new params.
 static void renew_seal(registers_t *registers)
 {
     registers->is_sealed  = false;
@@ -70,9 +70,9 @@ static void renew_seal(registers_t *registers)
     registers->protection = params_protection(&registers->active->set);
 }
 
-#define SEAL_STEP 16u // bytes a call, as a tick and the line wait meanwhile
+#define SEAL_STEP 16u // bytes a call, because a tick and the line wait meanwhile
 
-/// Params that change without being applied are the work of a stray write or of rotten RAM.
+/// Params that change without being applied show a stray write or rotten RAM.
 static void check_seal(registers_t *registers)
 {
     const unsigned char *params = (const unsigned char *)registers->active;
@@ -125,7 +125,7 @@ void registers_load(registers_t *registers, const registers_board_t *board)
     load(registers);
 }
 
-/// Of the self-test, of params that the board itself has wrong, of the store, then the others.
+/// Returns the most important fault: of the self-test, of wrong defaults of the board, of the store, then others.
 static drive_fault_t first_fault(const registers_t *registers, drive_fault_t found)
 {
     if (found >= DRIVE_FAULT_IMAGE && found < DRIVE_FAULT_PARAMS)
@@ -139,7 +139,7 @@ static drive_fault_t first_fault(const registers_t *registers, drive_fault_t fou
     return registers->is_known || found == DRIVE_FAULT_CLOCK ? found : DRIVE_FAULT_STORE;
 }
 
-/// The first params with a feed-forward begin its memory; what is learned then outlasts other methods.
+/// Initialises the memory with the first params that have a feed-forward. Learned values then outlast other methods.
 static void begin_learning(registers_t *registers, const params_t *params)
 {
 #if DRIVE_FEEDFORWARD
@@ -187,7 +187,7 @@ static const loop_force_t *signal_of(const registers_t *registers, uint32_t sign
     }
 }
 
-/// A force of the drive's arithmetic as the float on the bus.
+/// Converts a force of the drive's arithmetic to the float on the bus.
 static word_t to_bus(const registers_t *registers, word_t force)
 {
     return bits_of(scaling_value(tribo_force_of_word(force), config_of(registers)->full_scale_n));
@@ -202,8 +202,8 @@ static word_t signal_word(const registers_t *registers, uint32_t signal)
 
 void registers_tick(registers_t *registers)
 {
-    drive_t   *drive = &registers->drive;
-    const bool ran   = drive->state == DRIVE_RUN;
+    drive_t   *drive   = &registers->drive;
+    const bool was_run = drive->state == DRIVE_RUN;
     modbus_take(&registers->modbus, registers->board.line);
     drive_tick(drive);
     if (registers->taken != drive->setup)
@@ -211,13 +211,13 @@ void registers_tick(registers_t *registers)
         atomic_thread_fence(memory_order_release); // the background may be on another core
         registers->taken = drive->setup;
     }
-    const bool runs    = drive->state == DRIVE_RUN;
-    registers->applied = runs ? drive->signals.controller.TRIBO_N(u) : 0;
+    const bool is_run  = drive->state == DRIVE_RUN;
+    registers->applied = is_run ? drive->signals.controller.TRIBO_N(u) : 0;
     trace_step(&registers->trace, drive->ticks, drive->state == DRIVE_FAULT);
     trace_step(&registers->fault_trace, drive->ticks, drive->state == DRIVE_FAULT);
-    if (runs && !ran && registers->fault_trace.state == TRACE_DONE)
+    if (is_run && !was_run && registers->fault_trace.state == TRACE_DONE)
     {
-        arm_fault_trace(registers); // of the last fault until the next run
+        arm_fault_trace(registers); // the trace of the last fault is kept until the next run
     }
 }
 
@@ -236,10 +236,10 @@ typedef enum
     ACTIVE
 } block_kind_t;
 
-/// Blocks of 32-bit words, each at `at` in Modbus registers. The active set is as the staged one.
+/// Blocks of 32-bit words, `at` their Modbus addresses. The active set has the blocks of the staged one.
 static const struct
 {
-    uint16_t at, words, first; ///< `first` of a set
+    uint16_t at, words, first; ///< `first`: number of the block's first word in a set
     uint8_t  kind;
 } blocks[] = {
     {REGISTERS_STATE_AT, REGISTERS_STATE_COUNT, 0, STATE},
@@ -258,7 +258,7 @@ static const struct
     {REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT, PARAMS_TABLE_AT - PARAMS_SECTIONS_AT, PARAMS_SECTIONS_AT, STAGED},
     {REGISTERS_STAGED_AT + REGISTERS_TABLE_AT, PARAMS_WORDS - PARAMS_TABLE_AT, PARAMS_TABLE_AT, STAGED}};
 
-/// The Modbus address of a word of the staged set; 0 of none.
+/// Returns the Modbus address of a word of the staged set, or 0 if it has none.
 static uint32_t register_of(uint32_t word)
 {
     for (size_t i = 0; i < sizeof blocks / sizeof blocks[0]; i++)
@@ -274,7 +274,7 @@ static uint32_t register_of(uint32_t word)
 
 // --- commands ------------------------------------------------------------------------------------------------------
 
-/// The timer goes on as it was set up.
+/// Refuses another period, because the timer keeps the one that it was set up with.
 static bool keeps_period(registers_t *registers, const params_set_t *next)
 {
     const float is        = (float)config_of(registers)->period_us;
@@ -284,7 +284,7 @@ static bool keeps_period(registers_t *registers, const params_set_t *next)
     return !registers->is_refused;
 }
 
-/// Whether the drive runs, or will in the next tick.
+/// True if the drive runs or will run in the next tick.
 static bool is_started(const registers_t *registers)
 {
     return is_running(registers) || registers->drive.starts != registers->drive.starts_seen;
@@ -297,7 +297,7 @@ static uint32_t unlocked_ticks(const registers_t *registers)
     return registers->is_unlocked && gone < most ? most - gone : 0u;
 }
 
-/// What protects changes only at rest, and unlocked.
+/// Registers that protect change only at rest and unlocked.
 static registers_outcome_t check_protection(registers_t *registers, const params_set_t *next)
 {
     registers->is_refused = !params_protect_alike(next, &registers->active->set, &registers->refused) &&
@@ -330,7 +330,7 @@ static void keep_changes(registers_t *registers, const params_set_t *next)
     }
 }
 
-/// A tick that has taken over the last set has ended: the spare is free.
+/// True if a tick with the active params has ended: the spare is free then.
 static bool is_taken(const registers_t *registers)
 {
     return registers->taken == &registers->active->drive;
@@ -348,7 +348,7 @@ static registers_outcome_t apply(registers_t *registers)
     if (bits_of(next->set.drive.sensor_zero_units) == bits_of(drive_sensor_zero_units(drive)))
     {
         next->set.drive.sensor_zero_units =
-            config_of(registers)->sensor_zero_units; // as a tare has moved it: no change
+            config_of(registers)->sensor_zero_units; // the zero that a tare has moved is not a change
     }
     if (!keeps_period(registers, &next->set) || !make(registers, next))
     {
@@ -363,12 +363,12 @@ static registers_outcome_t apply(registers_t *registers)
     begin_learning(registers, next);
     if (next->set.drive.full_scale_n != config_of(registers)->full_scale_n)
     {
-        drive_reference(drive, 0); // a number of the old scale
+        drive_reference(drive, 0); // the old reference has the old scale
     }
     registers->active = next;
     renew_seal(registers);
     registers->is_known    = true;
-    registers->modbus.unit = (uint8_t)next->set.drive.bus_unit; // the answer still has the request's
+    registers->modbus.unit = (uint8_t)next->set.drive.bus_unit; // the answer to this request still has the old unit
     drive_change(drive, &next->drive);
     return REGISTERS_DONE;
 }
@@ -398,7 +398,7 @@ static registers_outcome_t arm_trace(registers_t *registers)
     return REGISTERS_DONE;
 }
 
-static registers_outcome_t when(bool possible, void (*request)(drive_t *drive), drive_t *drive)
+static registers_outcome_t request_if(bool possible, void (*request)(drive_t *drive), drive_t *drive)
 {
     if (possible)
     {
@@ -413,10 +413,10 @@ static registers_outcome_t acknowledge(registers_t *registers)
     {
         return REGISTERS_NO_PARAMS;
     }
-    return when(registers->drive.state == DRIVE_FAULT, drive_acknowledge, &registers->drive);
+    return request_if(registers->drive.state == DRIVE_FAULT, drive_acknowledge, &registers->drive);
 }
 
-/// A stop always acts. The answer of a save goes out before the flash is busy.
+/// Executes a command. A stop always acts. A save only sets must_save, so that its answer goes out before the flash is busy.
 static modbus_status_t execute(registers_t *registers, uint16_t command)
 {
     drive_t            *drive   = &registers->drive;
@@ -424,7 +424,7 @@ static modbus_status_t execute(registers_t *registers, uint16_t command)
     switch (command)
     {
     case REGISTERS_START:
-        outcome = when(drive->state == DRIVE_IDLE, drive_start, drive);
+        outcome = request_if(drive->state == DRIVE_IDLE, drive_start, drive);
         break;
     case REGISTERS_STOP:
         drive_stop(drive);
@@ -433,7 +433,7 @@ static modbus_status_t execute(registers_t *registers, uint16_t command)
         outcome = acknowledge(registers);
         break;
     case REGISTERS_TARE:
-        outcome = when(drive->state == DRIVE_IDLE, drive_tare, drive);
+        outcome = request_if(drive->state == DRIVE_IDLE, drive_tare, drive);
         break;
     case REGISTERS_APPLY:
         outcome = apply(registers);
@@ -463,10 +463,11 @@ static modbus_status_t execute(registers_t *registers, uint16_t command)
         drive_restore(drive);
         break;
     case REGISTERS_FORGET:
-        outcome = when(!is_running(registers), drive_forget, drive);
+        outcome = request_if(!is_running(registers), drive_forget, drive);
         if (outcome == REGISTERS_DONE && registers->active->loop.params.method == NULL)
         {
-            registers->is_learning = false; // the tick has no params to forget with: the next that have begin anew
+            registers->is_learning =
+                false; // the tick cannot forget without a feed-forward; the next params with one do
         }
         break;
 #endif
@@ -478,7 +479,7 @@ static modbus_status_t execute(registers_t *registers, uint16_t command)
     return accepted ? MODBUS_OK : outcome == REGISTERS_BUSY ? MODBUS_BUSY : MODBUS_FAILURE;
 }
 
-/// The spare's words are what is written.
+/// Saves the active set with the present zero of the sensor. The spare holds the words to write.
 static void save(registers_t *registers)
 {
     const store_flash_t *flash = registers->board.flash;
@@ -497,7 +498,7 @@ static void save(registers_t *registers)
                                &registers->refused))
     {
         registers->is_refused = true;
-        registers->outcome    = REGISTERS_SET_REFUSED; // tares, each within its bound, have moved the zero too far
+        registers->outcome = REGISTERS_SET_REFUSED; // several tares, each within its bound, have moved the zero too far
         return;
     }
     const bool erases = !store_holds(flash, PARAMS_LAYOUT, spare->words, PARAMS_WORDS);
@@ -531,7 +532,7 @@ void registers_forget_client(registers_t *registers)
     }
 }
 
-/// On a line nobody says that a client has gone.
+/// A serial line has no connection that ends, so a client that is silent for long counts as gone.
 static void look_for_client(registers_t *registers)
 {
     const uint32_t silence = REGISTERS_CLIENT_S * (1000000u / config_of(registers)->period_us);
@@ -573,7 +574,7 @@ static const trace_t *shown_trace(const registers_t *registers)
 }
 
 #if DRIVE_FEEDFORWARD
-/// What a feed-forward has learned of breakaway at the last reference.
+/// Returns the breakaway that the feed-forward has learned at the last reference.
 static tribo_feedforward_learned_t learned(const registers_t *registers, uint32_t direction)
 {
     const drive_t *drive = &registers->drive;
@@ -660,8 +661,8 @@ static word_t state_word(const registers_t *registers, uint32_t place)
 typedef struct
 {
     block_kind_t kind;
-    uint32_t     word; ///< in the block, of a set in the set
-    bool         low;  ///< the second Modbus register of it
+    uint32_t     word; ///< number of the word in its block, or in its set
+    bool         low;  ///< the second Modbus register of the word
 } place_t;
 
 static place_t find(uint32_t address)
@@ -687,7 +688,7 @@ static word_t word_in(const void *words, uint32_t place)
     return word;
 }
 
-/// Of the trace's window, of which only whole frames are there.
+/// Reads a word of the trace's window, of which only whole samples can be read.
 static bool read_window(const registers_t *registers, uint32_t place, word_t *word)
 {
     const trace_t *trace    = shown_trace(registers);
@@ -756,7 +757,7 @@ static modbus_status_t read_once(const registers_t *registers, uint16_t address,
 
 #define READ_TRIALS 4
 
-/// All of one tick: if a tick came in between, once more.
+/// Reads registers of one tick: if a tick came in between, it reads them again.
 static modbus_status_t read_registers(void *context, uint16_t address, uint16_t count, uint16_t *values)
 {
     const registers_t       *registers = context;
@@ -776,7 +777,7 @@ static modbus_status_t read_registers(void *context, uint16_t address, uint16_t 
 
 // --- writing -------------------------------------------------------------------------------------------------------
 
-/// Whether a word of the requests or of a set is a float.
+/// True if a word of the requests or of a set is a float.
 static bool is_number(const place_t *place)
 {
 #define IS_FLOAT(symbol, name, type, unit, normal, text) (type)0.5 != 0,
@@ -792,7 +793,8 @@ static bool is_within(word_t bits, float most)
     return (bits & ~SIGN) <= bits_of(most);
 }
 
-/// A number that somebody can mean: -0 is 0, and a tiny one comes of swapped words or bytes, or of an integer.
+/// Accepts a number that a client can mean, and makes -0 to 0. A tiny number comes from swapped words or bytes, or from an
+/// integer.
 static bool take_number(const place_t *place, word_t *word)
 {
     if (!is_number(place))
@@ -892,7 +894,7 @@ static modbus_status_t write_words(registers_t    *registers,
     return MODBUS_OK;
 }
 
-/// Whose outcome of a command remains that of the client's last one.
+/// Stops the drive for a source that may only stop. The outcome remains that of the client's last command.
 static modbus_status_t stop_drive(void *context, uint16_t address, uint16_t count, const uint16_t *values)
 {
     registers_t *registers = context;

@@ -6,12 +6,13 @@
 
 #ifdef TRIBO_ARITHMETIC_Q31
 
-#define GAIN_MIN (1.0f / 65536.0f) // its mantissa still has 15 bits
+#define GAIN_MIN (1.0f / 65536.0f) // a gain this small still has a mantissa of 15 bits
 #define GAIN_MAX 1048576.0f
 
 loop_force_t scaling_number(float x, float full)
 {
-    if (!(x > -full && x < full)) // full scale itself is next to the end: the loop takes no force at an end
+    if (!(x > -full &&
+          x < full)) // full scale becomes the number next to the limit, because the loop accepts no force at a limit
     {
         return x == full ? INT32_MAX - 1 : x == -full ? 1 - INT32_MAX : x > full ? INT32_MAX : INT32_MIN;
     }
@@ -41,7 +42,7 @@ static scaling_gain_t reversed(scaling_gain_t gain)
     return (scaling_gain_t){.mantissa = -gain.mantissa, .shift = gain.shift};
 }
 
-/// The sensor's full range of units as a fraction of the full scale.
+/// Returns the force of the sensor's full range of units as a fraction of the full scale.
 static float sensor_gain(const drive_config_t *config, const port_t *port)
 {
     return config->sensor_n_per_unit * (port->sensor.full_units / config->full_scale_n);
@@ -106,14 +107,14 @@ static bool refuse(drive_config_error_t *error, unsigned field, float value, flo
     return false;
 }
 
-static bool has_ends(const port_range_t *range)
+static bool is_limited(const port_range_t *range)
 {
     return range->high_units > range->low_units;
 }
 
 static bool is_in_range(float zero_units, const port_range_t *range)
 {
-    return !has_ends(range) || is_within(zero_units, range->low_units, range->high_units);
+    return !is_limited(range) || is_within(zero_units, range->low_units, range->high_units);
 }
 
 static bool refuse_zero(drive_config_error_t *error, unsigned field, float value, const port_range_t *range)
@@ -121,7 +122,7 @@ static bool refuse_zero(drive_config_error_t *error, unsigned field, float value
     return refuse(error, field, value, range->low_units, range->high_units);
 }
 
-/// Limited to the output's range, for any config.
+/// Returns the output at no current, or the middle of the output's range if the config's value is not usable.
 static float no_current_units(const drive_config_t *config, const port_range_t *range)
 {
     const float zero = config->command_zero_units;
@@ -171,15 +172,15 @@ bool scaling_init(scaling_t *scaling, const drive_config_t *config, const port_t
 #ifndef TRIBO_ARITHMETIC_Q31
     if (scaling->command_zero == 0.0f)
     {
-        scaling->command_zero = -0.0f; // adding it leaves the sign of a zero, too
+        scaling->command_zero = -0.0f; // adding it keeps the sign of a zero as well
     }
 #endif
     return true;
 }
 
-#define ROUNDING 1e-5f // of a range: accepts a limit of u exactly at its end
+#define ROUNDING 1e-5f // relative tolerance that accepts a limit of u exactly at the limit of a range
 
-/// True if the output's range covers `u`.
+/// Returns true if the output's range covers `u`, otherwise false with `error`.
 static bool has_output(const drive_config_t *config, const port_t *port, float u, drive_config_error_t *error)
 {
     const port_range_t *range = &port->output;
@@ -187,7 +188,7 @@ static bool has_output(const drive_config_t *config, const port_t *port, float u
     const float         room =
         up ? range->high_units - config->command_zero_units : config->command_zero_units - range->low_units;
     const float size = u < 0.0f ? -u : u;
-    return !has_ends(range) || size <= room * config->command_n_per_unit * (1.0f + ROUNDING) ||
+    return !is_limited(range) || size <= room * config->command_n_per_unit * (1.0f + ROUNDING) ||
            refuse(error, DRIVE_CONFIG_command_n_per_unit, config->command_n_per_unit, size / room, 1e6f);
 }
 
@@ -199,7 +200,7 @@ static bool has_current(const drive_config_t *config, float u_min, float u_max, 
            refuse(error, DRIVE_CONFIG_current_max_a, config->current_max_a, size / config->command_n_per_a, 1e6f);
 }
 
-/// True if the loop rejects a reading at this end of the range, e.g. from a broken wire.
+/// Returns true if the loop rejects a reading at this end of the range, e.g. from a broken wire, otherwise false with `error`.
 static bool is_end_refused(const scaling_t      *scaling,
                            const drive_config_t *config,
                            const port_t         *port,
@@ -208,7 +209,8 @@ static bool is_end_refused(const scaling_t      *scaling,
                            drive_config_error_t *error)
 {
     const loop_force_t end = scaling_number(end_units, port->sensor.full_units);
-    if (!has_ends(&port->sensor) || !tribo_force_is_credible(params, scaling_force(scaling, scaling->sensor_zero, end)))
+    if (!is_limited(&port->sensor) ||
+        !tribo_force_is_credible(params, scaling_force(scaling, scaling->sensor_zero, end)))
     {
         return true;
     }

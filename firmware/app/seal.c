@@ -1,4 +1,4 @@
 #include "app/selftest.h"
 
-// Volatile, so that the compiler does not assume the contents; not zero, so that they are stored in the image, not in .bss.
+// Volatile, so that the compiler does not assume the contents. Not zero, so that the seal is in the image and not in .bss.
 const volatile selftest_seal_t selftest_seal = {.magic = ~SELFTEST_MAGIC};

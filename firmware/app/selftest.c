@@ -68,7 +68,7 @@ static bool check_addresses(const selftest_ram_t *ram, volatile uint32_t *words,
         ram->write(words + i, 0x87654321u);
         ok = ram->read(words) == 0x12345678u && ok;
         ram->write(words + i, kept);
-        ram->write(words, 0x12345678u); // if both are the same cell
+        ram->write(words, 0x12345678u); // needed if both words are the same cell
     }
     ram->write(words, kept_first);
     return ok;
@@ -87,9 +87,10 @@ drive_fault_t selftest_ram(const selftest_ram_t *ram, volatile uint32_t *words, 
 // --- golden vector -------------------------------------------------------------------------------------------------
 
 #define GOLDEN_TICKS   200
-#define GOLDEN_RANGE_N 4.0f ///< 2^31 of golden_reference; in Q31 the full scale
+#define GOLDEN_RANGE_N 4.0f ///< force of 2^31 in golden_reference; the full scale in Q31
 
-/// A triangle, a jump beyond the limits, then slow motion to and fro within breakaway, where friction is on its curve.
+/// The reference is a triangle, a jump beyond the limits, then slow motion to and fro within breakaway, where friction
+/// follows its curve.
 static int32_t golden_reference(int32_t tick)
 {
     const int32_t phase = tick % 40;
@@ -110,7 +111,7 @@ static uint32_t run_golden(const loop_params_t *params, uint32_t crc)
 {
     loop_state_t state = {.memory = NULL};
     int32_t      y     = 0;
-    (void)TRIBO(force_loop, start)(&state, params, false); // of the paper's method: it needs no memory
+    (void)TRIBO(force_loop, start)(&state, params, false); // cannot fail: the paper's method needs no memory
     for (int32_t k = 0; k < GOLDEN_TICKS; k++)
     {
         const int32_t  r = golden_reference(k);
@@ -138,7 +139,7 @@ drive_fault_t selftest_golden(void)
     return selftest_golden_crc() == SELFTEST_GOLDEN_CRC ? DRIVE_FAULT_NONE : DRIVE_FAULT_GOLDEN;
 }
 
-// --- all of it -----------------------------------------------------------------------------------------------------
+// --- the whole test ------------------------------------------------------------------------------------------------
 
 #define STACK_IN_USE 512u ///< bytes below this frame, for the RAM test itself
 

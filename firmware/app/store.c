@@ -24,7 +24,7 @@ typedef enum
 typedef struct
 {
     mark_t   mark;
-    bool     good; ///< the CRC is right
+    bool     good; ///< the CRC matches
     uint32_t number, length;
 } sector_t;
 
@@ -78,13 +78,13 @@ static bool write_mark(const store_flash_t *flash, unsigned sector, uint32_t mar
 
 #define NONE STORE_SECTORS
 
-/// The sector of the last record; NONE with the reason in `status`.
+/// Returns the sector of the last record, or NONE with the reason in `status`.
 static unsigned find_last(const sector_t sectors[STORE_SECTORS], store_status_t *status)
 {
     unsigned last = NONE;
     for (unsigned i = 0; i < STORE_SECTORS; i++)
     {
-        // The marks of a good record without them were unfinished or have rotted.
+        // A good record may lack its marks: they were not finished, or have rotted.
         const bool candidate = sectors[i].good && sectors[i].mark != REPLACED_BY_OTHER;
         const bool newer     = last == NONE || (int32_t)(sectors[i].number - sectors[last].number) > 0;
         last                 = candidate && newer ? i : last;
@@ -134,12 +134,12 @@ static bool write_record(const store_flash_t *flash,
     return ok && look_at(flash, sector).good;
 }
 
-/// Marks `sector` before its erasure, so that an interrupted erasure does not look like a rotten record. No record of a damaged
-/// store may reappear, so the sector that shows the damage is marked last.
-static bool leave(const store_flash_t *flash,
-                  const sector_t       sectors[STORE_SECTORS],
-                  store_status_t       status,
-                  unsigned             sector)
+/// Marks `sector` as replaced before its erasure, so that an interrupted erasure does not look like a rotten record. No
+/// record of a damaged store may reappear, so the sector that shows the damage is marked last.
+static bool mark_replaced(const store_flash_t *flash,
+                          const sector_t       sectors[STORE_SECTORS],
+                          store_status_t       status,
+                          unsigned             sector)
 {
     if (status == STORE_DAMAGED)
     {
@@ -149,7 +149,7 @@ static bool leave(const store_flash_t *flash,
     return sectors[sector].mark != CURRENT || write_mark(flash, sector, REPLACED);
 }
 
-/// Whether the last record is this one: then nothing needs to be erased.
+/// Returns true if the last record is this one, so that nothing needs to be erased.
 static bool holds(const store_flash_t *flash,
                   const sector_t       sectors[STORE_SECTORS],
                   unsigned             last,
@@ -190,12 +190,12 @@ store_status_t store_write(const store_flash_t *flash, uint32_t layout, const ui
     const uint32_t number = 1u + (last == NONE ? 0u : sectors[last].number);
 
     const uint32_t head[STORE_HEAD_WORDS] = {ERASED, ERASED, STORE_VERSION, layout, number, count};
-    if (!leave(flash, sectors, status, sector) || !write_record(flash, sector, head, words, count) ||
+    if (!mark_replaced(flash, sectors, status, sector) || !write_record(flash, sector, head, words, count) ||
         !write_mark(flash, sector, STORE_CURRENT) || mark_of(flash, sector) != CURRENT)
     {
         return STORE_FAILED;
     }
-    (void)write_mark(flash, 1u - sector, REPLACED); // optional: this record is the last one already
+    (void)write_mark(flash, 1u - sector, REPLACED); // optional, because this record is already the last one
     return STORE_OK;
 }
 

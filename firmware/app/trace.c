@@ -3,7 +3,7 @@
 #include <stdatomic.h>
 #include <stddef.h>
 
-// NOLINTNEXTLINE(readability-non-const-parameter): the tick writes it
+// NOLINTNEXTLINE(readability-non-const-parameter): the tick writes to `ring`
 void trace_init(trace_t *trace, uint32_t *ring, uint32_t ring_words)
 {
     *trace = (trace_t){.ring = ring, .ring_words = ring_words};
@@ -25,7 +25,7 @@ bool trace_arm(trace_t *trace, const trace_setup_t *setup)
     {
         return false;
     }
-    trace->state = TRACE_STOPPED; // the tick ignores it until the last line
+    trace->state = TRACE_STOPPED; // the tick ignores the trace until it is armed below
     *trace       = (trace_t){.ring       = trace->ring,
                              .ring_words = trace->ring_words,
                              .setup      = *setup,
@@ -87,7 +87,7 @@ static void take_sample(trace_t *trace)
     trace->place        = next < trace->capacity * trace->setup.channel_count ? next : 0u;
     trace->wait         = trace->setup.decimation;
     trace->held         = trace->held < trace->capacity ? trace->held + 1u : trace->capacity;
-    trace->count        = trace->count + 1u; // last, for trace_read
+    trace->count        = trace->count + 1u; // comes last, because trace_read checks it
 }
 
 void trace_step(trace_t *trace, uint32_t tick, bool is_fault)
@@ -122,14 +122,14 @@ void trace_step(trace_t *trace, uint32_t tick, bool is_fault)
 
 // --- the background ------------------------------------------------------------------------------------------------
 
-// Sample numbers wrap: a trace may wait for its trigger for years.
+// Sample numbers wrap, because a trace may wait for its trigger for years.
 
 uint32_t trace_first(const trace_t *trace)
 {
     return trace->count - trace->held;
 }
 
-/// Place of the sample that is `age` samples older than the next one.
+/// Returns the place of the sample that is `age` samples older than the next one.
 static uint32_t place_of(const trace_t *trace, uint32_t next_place, uint32_t age)
 {
     const uint32_t back = age * trace->setup.channel_count;
@@ -157,5 +157,5 @@ bool trace_read(const trace_t *trace, uint32_t number, uint32_t *words, uint32_t
         words[i] = trace->ring[place];
         place    = place + 1u < trace->capacity * channels ? place + 1u : 0u;
     }
-    return trace->count - number <= trace->capacity; // else the tick has overwritten them
+    return trace->count - number <= trace->capacity; // false if the tick has overwritten them meanwhile
 }

@@ -18,13 +18,13 @@ VECTORS = 98 * 4
 PORT = {"command", "enable", "inputs", "read_sensor", "time_us", "measure"}
 FLASH = {"read_word", "erase", "write_word"}
 THROUGH_POINTERS = {
-    r"drive_tick|off|go_on|run_loop|take_text": PORT,
+    r"drive_tick|off|run_state|run_loop|take_text": PORT,
     r"log_text|log_number": {"log_byte"},
     r"modbus_take": {"receive"},
     r"modbus_(serve|execute|answer)": {"send", "take_text", "read_registers", "write_registers", "stop_drive"},
     r"make": {"suits"},
     r"dies_away|add_tail|add_response|tribo_(controller_f32_init|headroom_q31_quantize)": {"board_kick"},
-    r"store_(read|write|holds)|look_at|mark_of|write_mark|leave|write_record|crc_of|word_of": FLASH,
+    r"store_(read|write|holds)|look_at|mark_of|write_mark|mark_replaced|write_record|crc_of|word_of": FLASH,
     r"operate.*": {"run_in_ram"},
     r"selftest_ram|holds|check_word|check_addresses": {"real_read", "real_write"},
     r"refusal_of": {"set_up_(f32|q31)"},

@@ -684,7 +684,8 @@ static void test_friction_that_does_harm_is_fed_back_and_says_so_once(void)
     TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_HARM, COUNT_OF(warnings));
     TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
     drive_log(&registers.drive);
-    TEST_ASSERT_NOT_NULL(strstr(board.log, "warning: friction fed back: forward it costs more effort than it saves\n"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(board.log, "warning: friction is fed back: feeding it forward costs more effort than it saves\n"));
     board.log_length = 0;
     run_triangle(100);
     TEST_ASSERT_EQUAL_INT(TRIBO_FEEDFORWARD_HOLD, registers.memory.state.mode);
@@ -1296,7 +1297,8 @@ static void test_a_store_of_other_firmware_is_said_and_waited_for(void)
 }
 
 #if DRIVE_FEEDFORWARD
-/// A set of the feed-forward of one play: nothing of it is used, and the store says why. It says so until a set of today was saved.
+/// A set of the feed-forward of one play: nothing of it is used, and the store says why. It says so until a set of today was
+/// saved.
 static void test_a_set_of_the_feed_forward_of_old_is_said_and_waited_for(void)
 {
     enum
@@ -1413,8 +1415,8 @@ static void test_a_trace_is_read_while_the_drive_runs(void)
     TEST_ASSERT_EQUAL_UINT32(TRACE_STOPPED, STATE_OF(trace_state));
 }
 
-/// 0.5 N, 1.23 N, 500 mN and 0.3 N by masters of other orders: the low word first, all bytes reversed, an integer. The last two are
-/// normal numbers: -1.6e-23 and 9.6e-13.
+/// 0.5 N, 1.23 N, 500 mN and 0.3 N by masters of other orders: the low word first, all bytes reversed, an integer. The last
+/// two are normal numbers: -1.6e-23 and 9.6e-13.
 static const uint32_t unmeant[] =
     {0x00003f00u, 0x0000003fu, 0x00003e80u, 500u, 1u, 0x007fffffu, 0x807fffffu, 0x80000001u, 0x999a3e99u, 0x2b87ce00u};
 

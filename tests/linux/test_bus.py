@@ -129,7 +129,7 @@ def test_saved_params_outlast_the_program(serve):
     served = serve("store: params.bin\n")
     assert "differ" not in served.said()
     served.link("start")
-    assert "not in this state" in served.link("params", "save", status=2)
+    assert "not possible in this state" in served.link("params", "save", status=2)
 
 
 def test_a_damaged_store_is_a_fault_until_a_set_is_applied(serve, drive):
@@ -154,7 +154,7 @@ def test_a_damaged_store_is_a_fault_until_a_set_is_applied(serve, drive):
 def test_without_a_store_nothing_is_saved(serve):
     served = serve()
     assert "params: the configuration's" in served.said()
-    assert "the flash does not take it" in served.link("params", "save", status=2)
+    assert "the flash cannot be written" in served.link("params", "save", status=2)
 
 
 @pytest.mark.parametrize("content, message", [(b"scenario: loop.yaml\n", "this is no store of params"), (None, "Is a directory")])
