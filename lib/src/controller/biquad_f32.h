@@ -9,12 +9,15 @@
 //
 // The form uses d because a pole p near z = 1 is stored as 1 - p, which keeps its 24 bits however slow the pole is.
 // Rounding 1 + a1 z^-1 + a2 z^-2 to float moves a pole of 0.002 rad/s at 1 kHz (0.999998) by up to 20 %; in this form
-// it moves by 1e-7. The bits rounded off w2 are carried into the next sample, so slow states do not stall. A
-// first-order section has its second pole and zero at z = 0: TRIBO_BIQUAD_F32(b0, b1, 0, a1, 0).
+// it moves by 1e-7. The bits rounded off w2 are carried into the next sample, so slow states do not stall.
 //
-// An output beyond 1e15, far above any credible one, means a corrupt state: biquad_f32_restart puts the cascade to
-// rest. The only loop is over the sections. Not synchronized: one state, one tick. Source: Middleton & Goodwin,
-// "Digital Control and Estimation: A Unified Approach", ch. 13.
+// A first-order section has its second pole and zero at z = 0: TRIBO_BIQUAD_F32(b0, b1, 0, a1, 0).
+//
+// An output beyond 1e15, far above any credible one, means a corrupt state: biquad_f32_restart puts the cascade to rest.
+//
+// The only loop is over the sections. Not synchronized: one state, one tick.
+//
+// Source: Middleton & Goodwin, "Digital Control and Estimation: A Unified Approach", ch. 13.
 
 #ifndef TRIBO_CONTROLLER_BIQUAD_F32_H
 #define TRIBO_CONTROLLER_BIQUAD_F32_H
@@ -141,8 +144,8 @@ static inline void biquad_f32_restart(tribo_biquad_f32_state_t *state)
 }
 
 /// Jury's conditions in the delta operator: both roots of d^2 + c1 d + c2 are inside the unit circle of z, or one is at
-/// z = 1 (c2 = 0). The conditions are, in order: the polynomial at z = 1, the product of the roots, the polynomial at z
-/// = -1.
+/// z = 1 (c2 = 0). The conditions are, in order: the polynomial at z = 1, the product of the roots, the polynomial at
+/// z = -1.
 static inline bool biquad_f32_is_inside_or_at_1(float c1, float c2)
 {
     return c2 >= 0.0f && c2 < c1 && (4.0f - 2.0f * c1) + c2 > 0.0f;

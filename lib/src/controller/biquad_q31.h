@@ -17,8 +17,8 @@
 //
 // The paper's controller has no zero-input limit cycles. Rounding noise has two zeros at z = 1, so a section's cycle
 // stays within half an LSB of its node times the L1 norm of (1 - z^-1)^2 / A(z). That is at most 52 LSB over 130,000
-// random pole pairs of radius up to 0.99 and angle up to 2.7 rad (0.43 of the sampling frequency). Poles nearer to z =
-// -1, which no force controller has, reach 480 LSB (tests/unit/test_biquad_q31.c). A sharper resonance has larger
+// random pole pairs of radius up to 0.99 and angle up to 2.7 rad (0.43 of the sampling frequency). Poles nearer to
+// z = -1, which no force controller has, reach 480 LSB (tests/unit/test_biquad_q31.c). A sharper resonance has larger
 // cycles.
 //
 // The scale of each node comes from its worst-case peak gain (L1 norm), so no input in range can make a node overflow

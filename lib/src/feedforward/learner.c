@@ -18,18 +18,18 @@
 #define SLIDING_LOW   0.2f            // at_bound from here down: the configured breakaway is far off
 #define SLIDING_MAX   3.0f
 #define LOAD_MAX      2.0f   // limit of the load's regressors
-#define PRESLIDING    0.15f  // least V_1^2 + V_2^2 of a true presliding, in V_0^2
-#define LACK          1.15f  // part of a deficit that friction loses at a first reversal
-#define CHATTER       0.9f   // factor on V_0 for each chatter of a hold
+#define PRESLIDING    0.15f  // least V_1^2 + V_2^2 that counts as presliding, in V_0^2
+#define LACK          1.15f  // times the deficit, what V_0 loses at a first reversal
+#define CHATTER       0.9f   // factor on V_0 each time that a hold chatters
 #define HARM          0.6f   // xi beyond which friction fed forward does harm
 #define ON_TRIAL      0.51f  // xi after feedback: one reversal with a ratio above 1.23 exceeds HARM
-#define RATIO_PART    0.125f // of the low pass of xi, per reversal
+#define RATIO_PART    0.125f // weight of a reversal in the low pass of xi
 #define RATIO_MAX     4.0f   // limit of xi
 #define EFFORT_WIDTH  0.01f  // half width of the play on v, in B
-#define NEED_MIN      0.1f   // added to the change of need, in B, so that a small one is not divided by
-#define FEEDBACK_MIN  4u     // reversals with friction fed back after harm
+#define NEED_MIN      0.1f   // added to the change of need before dividing by it, in B
+#define FEEDBACK_MIN  4u     // least and largest number of reversals with friction fed back
 #define FEEDBACK_MAX  128u
-#define FEEDBACK_MORE 8u     // growth of that number if the harm returns
+#define FEEDBACK_MORE 8u     // factor on that number if the harm returns
 #define CREDIBLE_N    1.0e9f // a sum beyond it comes from a corrupt tick
 
 /// Index of P_ij, of which the lower triangle is stored by rows.
@@ -156,8 +156,8 @@ static void note_bound(const tribo_feedforward_learning_t *p, tribo_feedforward_
     }
 }
 
-/// The monitor. xi is the travel of v since the last reversal divided by the change of `need`, the force that overcame
-/// friction at either reversal. If v travels as far as friction changes, the controller works against the friction fed
+/// The monitor. xi is the travel of v since the last reversal divided by the change of `need`, the part of u that
+/// overcomes friction. If v travels as far as friction changes, the controller works against the friction fed
 /// forward. Then friction is fed back for a number of reversals, which grows if fewer were fed forward since the last
 /// time.
 static void weigh_effort(const tribo_feedforward_learning_t *p,
@@ -224,8 +224,9 @@ static void regress(const tribo_feedforward_learning_t *p,
 {
     const float w     = WIDTH * p->breakaway_n;
     const float per_L = 1.0f / sample->L_n;
-    float       k[LEARNED];
-    float       q[LEARNED];
+    // The regressors k of learner.h. Those of the load are limited, because L may be small.
+    float k[LEARNED];
+    float q[LEARNED];
     k[0] = p->deviation[0] * x->stop[0];
     for (uint32_t j = 1; j < WEIGHTS; j++)
     {
@@ -234,6 +235,7 @@ static void regress(const tribo_feedforward_learning_t *p,
     k[WEIGHTS]      = limit_f32(p->deviation[WEIGHTS] * per_L, 0.0f, LOAD_MAX);
     k[WEIGHTS + 1u] = bound_f32(p->deviation[WEIGHTS + 1u] * sample->force_n * per_L, LOAD_MAX);
 
+    // The error of the present weights a, q = P k, and s2 = k P k, the variance that a leaves in the error.
     float error = (sample->friction_n - sample->load_n) * per_L - x->stop[0];
     float s2    = 0.0f;
     for (uint32_t i = 0; i < LEARNED; i++)
@@ -256,6 +258,8 @@ static void regress(const tribo_feedforward_learning_t *p,
     const float part   = travel / (MEASURED * w * (1.0f + jump * jump) + travel * s2);
     const float gain   = square > most ? part * (most / square) : part;
     const float back   = limit_f32(p->forgetting_per_n * travel, 0.0f, 1.0f);
+    // The covariance falls by what this sample says, and returns to that of the prior over a travel of 1/Q, so that the
+    // learner keeps following friction that changes.
     for (uint32_t i = 0; i < LEARNED; i++)
     {
         x->a[i] = bound_f32(x->a[i] + gain * error * q[i], WEIGHT_MAX);
@@ -355,6 +359,7 @@ void tribo_learner_take(const tribo_feedforward_learning_t *p,
                         float                               both_n,
                         float                               slid_n)
 {
+    // The bounds keep an odd slide from moving V_0 or c_0 far.
     const float back = limit_f32(p->forgetting_per_n * both_n, 0.0f, 1.0f);
     check(x);
     set_sliding(p, x, tribo_learner_sliding(p, x) + gain * bound_f32(sliding - tribo_learner_sliding(p, x), 0.25f));
@@ -399,7 +404,7 @@ tribo_feedforward_learned_t tribo_learner_readout(const tribo_feedforward_learni
 {
     const float V    = tribo_learner_sliding(p, x);
     const float load = place->sign * (place->load_n + tribo_learner_load(p, x, place->force_n));
-    const float L    = V * place->L_n + load;
+    const float L    = V * place->L_n + load; // reported as 5 % of friction at least: a load may exceed friction
     return (tribo_feedforward_learned_t){.L_n               = L > 0.05f * V * place->L_n ? L : 0.05f * V * place->L_n,
                                          .relative_variance = relative_variance(p, x, place),
                                          .travel_n          = x->travel_n,

@@ -177,14 +177,14 @@ static inline void enter_at(state_t *x, force_t term, bool anew)
 /// Prepares the memory for the first tick of a run. Zeroed memory is always reset, because it holds nothing learned.
 static inline void method_start(void *memory, bool keep_learned)
 {
-    memory_t *const of = (memory_t *)memory;
-    if (!keep_learned || of->state.learner.seal == 0u)
+    memory_t *const all = (memory_t *)memory;
+    if (!keep_learned || all->state.learner.seal == 0u)
     {
-        FEEDFORWARD(reset)(&of->state);
+        FEEDFORWARD(reset)(&all->state);
     }
-    of->state.mode = TRIBO_FEEDFORWARD_RESTART;
-    of->state.tick = (LOOP(tick_t)){.has_e = false};
-    of->motion     = (FEEDFORWARD(motion_t)){.sign = 0};
+    all->state.mode = TRIBO_FEEDFORWARD_RESTART;
+    all->state.tick = (LOOP(tick_t)){.has_e = false};
+    all->motion     = (FEEDFORWARD(motion_t)){.sign = 0};
 }
 
 /// Noise of a signal: the mean magnitude of its second difference, which a ramp does not have. A tick counts with at
@@ -212,19 +212,19 @@ typedef struct
 /// width W, which grows with the noise of r so that noise is no reversal. The last move of rp gives the direction s.
 static inline follow_t follow(const params_t *p, state_t *x, force_t r)
 {
-    x->r_noise           = noise_of(p, x->r_noise, r, x->r);
-    const force_t width  = plus(p->reversal, coarser(gained(x->r_noise, GAIN(4.0))));
-    const force_t wanted = minus(r, x->reached);
-    const force_t moved  = sign_of(wanted) * x->limited > 0 ? 0 : wanted;
-    const bool    step   = size_of(moved) > p->step;
-    const force_t before = x->turned;
-    const int8_t  sign   = x->sign;
-    x->reached           = bounded(plus(x->reached, moved));
-    x->rate              = low_pass(x->rate, step ? 0 : finer(moved), p->fast_part);
-    x->turned            = play(before, x->reached, width / 2);
-    const force_t turned = minus(x->turned, before);
-    x->sign              = turned != 0 ? sign_of(turned) : sign;
-    x->flips             = x->sign != sign;
+    x->r_noise             = noise_of(p, x->r_noise, r, x->r);
+    const force_t width    = plus(p->reversal, coarser(gained(x->r_noise, GAIN(4.0))));
+    const force_t distance = minus(r, x->reached);
+    const force_t moved    = sign_of(distance) * x->limited > 0 ? 0 : distance;
+    const bool    step     = size_of(moved) > p->step;
+    const force_t before   = x->turned;
+    const int8_t  sign     = x->sign;
+    x->reached             = bounded(plus(x->reached, moved));
+    x->rate                = low_pass(x->rate, step ? 0 : finer(moved), p->fast_part);
+    x->turned              = play(before, x->reached, width / 2);
+    const force_t turned   = minus(x->turned, before);
+    x->sign                = turned != 0 ? sign_of(turned) : sign;
+    x->flips               = x->sign != sign;
     return (follow_t){.moved = moved, .turned = turned, .width = width, .step = step};
 }
 

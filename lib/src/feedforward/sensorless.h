@@ -27,9 +27,9 @@ typedef ESTIMATE(t) estimate_t;
 /// inside.
 static int32_t play_direction(number_t *slack, number_t moves)
 {
-    const number_t wanted = plus(*slack, moves);
-    *slack                = is_credible(wanted, FASTEST) ? clamp_of(wanted, NUMBER(0.5)) : 0;
-    return size_of(wanted) > NUMBER(0.5) ? sign_of(wanted) : 0;
+    const number_t target = plus(*slack, moves);
+    *slack                = is_credible(target, FASTEST) ? clamp_of(target, NUMBER(0.5)) : 0;
+    return size_of(target) > NUMBER(0.5) ? sign_of(target) : 0;
 }
 
 void SENSORLESS(motion)(memory_t *memory, number_t intended, number_t measured)
@@ -113,9 +113,9 @@ static void slide(const params_t *p, memory_t *memory, const prior_t *prior)
     x->moved              = is_credible(moved, FASTEST) ? moved : 0;
     x->effort             = is_credible(effort, CREDIBLE_N) ? bounded(effort) : 0;
 
-    const number_t wanted = plus(x->slack, x->moved);
-    x->slack              = clamp_of(wanted, NUMBER(0.5));
-    const int8_t sign     = sign_of(minus(wanted, x->slack));
+    const number_t target = plus(x->slack, x->moved);
+    x->slack              = clamp_of(target, NUMBER(0.5));
+    const int8_t sign     = sign_of(minus(target, x->slack));
     if (sign != 0 && sign != x->side)
     {
         end_slide(p, memory);
@@ -243,19 +243,20 @@ static force_t method_term(const loop_params_t *loop, void *inner, force_t v_out
     {
         return x->mode == TRIBO_FEEDFORWARD_ENTER ? x->tick.OF(term) : 0;
     }
-    const force_t low    = inside(loop->controller.OF(u_min));
-    const force_t high   = inside(loop->controller.OF(u_max));
-    const force_t v      = inside(v_out);
-    const force_t wanted = plus(x->lin, x->f);
-    const force_t fading = low_pass(x->b, 0, p->slow_part);
-    x->b = clamp_of(x->rule == TRIBO_FEEDFORWARD_TAKE_OVER ? minus(wanted, plus(v, inside(x->tick.OF(term)))) : fading,
+    const force_t low         = inside(loop->controller.OF(u_min));
+    const force_t high        = inside(loop->controller.OF(u_max));
+    const force_t v           = inside(v_out);
+    const force_t model_force = plus(x->lin, x->f);
+    const force_t fading      = low_pass(x->b, 0, p->slow_part);
+    x->b = clamp_of(x->rule == TRIBO_FEEDFORWARD_TAKE_OVER ? minus(model_force, plus(v, inside(x->tick.OF(term))))
+                                                           : fading,
                     p->offset_max);
     x->rule = TRIBO_FEEDFORWARD_KEEP;
 
-    const force_t sum = plus(minus(wanted, x->b), x->lead);
+    const force_t sum = plus(minus(model_force, x->b), x->lead);
     const force_t u   = clamp(sum, low, high);
     x->limited        = sign_of(minus(sum, u));
-    x->tick.OF(term)  = outside(minus(clamp(minus(wanted, x->b), low, high), v));
+    x->tick.OF(term)  = outside(minus(clamp(minus(model_force, x->b), low, high), v));
     return outside(minus(u, v));
 }
 

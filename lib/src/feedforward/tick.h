@@ -301,8 +301,8 @@ static force_t method_term(const loop_params_t *loop, void *memory, force_t v_ou
     {
         return x->mode == TRIBO_FEEDFORWARD_ENTER ? x->tick.OF(term) : 0;
     }
-    const force_t v      = inside(v_out);
-    const force_t wanted = plus(x->lin, x->f); // without the lead, a short pulse that b must not absorb
+    const force_t v           = inside(v_out);
+    const force_t model_force = plus(x->lin, x->f); // without the lead, a short pulse that b must not absorb
     if (x->flips)
     {
         x->turn_need = plus(v, x->need);
@@ -318,19 +318,19 @@ static force_t method_term(const loop_params_t *loop, void *memory, force_t v_ou
     }
     else if (x->rule == TRIBO_FEEDFORWARD_CONTINUE)
     {
-        x->b = minus(plus(v, wanted), x->u);
+        x->b = minus(plus(v, model_force), x->u);
     }
     else if (x->rule == TRIBO_FEEDFORWARD_TAKE_OVER)
     {
-        x->b = minus(wanted, inside(x->tick.OF(term)));
+        x->b = minus(model_force, inside(x->tick.OF(term)));
         x->v = v; // a hand-over is no travel of v for the monitor
     }
     x->rule = TRIBO_FEEDFORWARD_KEEP;
     x->v    = low_pass(x->v, v, p->fast_part);
     x->b    = clamp_of(x->b, p->offset_max);
 
-    x->tick.OF(term) = outside(minus(wanted, x->b));
-    return outside(plus(minus(wanted, x->b), x->lead));
+    x->tick.OF(term) = outside(minus(model_force, x->b));
+    return outside(plus(minus(model_force, x->b), x->lead));
 }
 
 /// Step 8: the friction that the learner is to explain, z = u - y behind the lags of actuator and sensor, less the

@@ -12,7 +12,7 @@
 
 #include "relay.h"
 
-/// 1 for a negative x, else 0. sign_bit(a - b) is a < b for magnitudes below 2^31.
+/// 1 for a negative x, otherwise 0. sign_bit(a - b) is a < b for magnitudes below 2^31.
 static inline uint32_t sign_bit(int32_t x)
 {
     return (uint32_t)x >> 31;

@@ -77,19 +77,19 @@ static inline float magnitude(float x)
 #endif
 }
 
-/// True when min <= x <= max; false for a NaN.
+/// True if min <= x <= max; false for a NaN.
 static inline bool within(float x, float min, float max)
 {
     return x >= min && x <= max;
 }
 
-/// True for |x| > max and for a NaN: the form in which every range check rejects a NaN.
+/// True if |x| > max or x is a NaN: the form in which every range check rejects a NaN.
 static inline bool exceeds(float x, float max)
 {
     return !(magnitude(x) <= max);
 }
 
-/// 1 if a < b, else 0, for finite numbers: the sign bit of a - b. Equal numbers give +0, so 0.
+/// 1 if a < b, otherwise 0, for finite numbers: the sign bit of a - b. Equal numbers give +0, so the result is 0.
 static inline uint32_t less(float a, float b)
 {
     return bits_f32(a - b) >> 31;
