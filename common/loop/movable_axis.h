@@ -1,36 +1,46 @@
-/// A force axis that may move in memory, for languages and file formats that copy bytes. tribo_axis_f32_t points to itself, to params and to
-/// functions, so each call begins with movable_axis_here, which sets these pointers anew.
+/// A force axis that may move in memory, for languages and file formats that copy bytes; in Q31 if TRIBO_ARITHMETIC_Q31 is defined. An axis
+/// points to itself, to params and to functions, so each call begins with movable_axis_here, which sets these pointers anew.
 
 #ifndef MOVABLE_AXIS_H
 #define MOVABLE_AXIS_H
 
+#ifdef TRIBO_ARITHMETIC_Q31
+#include "tribo/axis_q31.h"
+#define MOVABLE(noun, verb) tribo_##noun##_q31_##verb
+typedef int32_t movable_force_t;
+#else
 #include "tribo/axis_f32.h"
+#define MOVABLE(noun, verb) tribo_##noun##_f32_##verb
+typedef float movable_force_t;
+#endif
+
+typedef MOVABLE(axis, params_t) movable_params_t;
 
 /// The params of the last tick must stay until those of a change have run, so there are two: the axis' own, and `next`.
 typedef struct
 {
-    tribo_axis_f32_t        axis;
-    tribo_axis_f32_params_t next;
-    uint8_t                 has_next, had_next; ///< 1: `next` is in use, and was in the last tick
+    MOVABLE(axis, t) axis;
+    movable_params_t next;
+    uint8_t          has_next, had_next; ///< 1: `next` is in use, and was in the last tick
 } movable_axis_t;
 
-static inline tribo_axis_f32_params_t *movable_axis_params(movable_axis_t *own, uint8_t is_next)
+static inline movable_params_t *movable_axis_params(movable_axis_t *own, uint8_t is_next)
 {
     return is_next != 0u ? &own->next : &own->axis.params;
 }
 
-static inline void movable_axis_point(tribo_axis_f32_params_t *params)
+static inline void movable_axis_point(movable_params_t *params)
 {
-    params->feedforward.method.functions = tribo_feedforward_f32_method;
-    params->guard.step                   = tribo_guard_f32_step;
+    params->feedforward.method.functions = MOVABLE(feedforward, method);
+    params->guard.step                   = MOVABLE(guard, step);
     params->loop.method                  = &params->feedforward.method;
     params->loop.guard                   = &params->guard;
 }
 
 /// The axis, at the address that it has now.
-static inline tribo_axis_f32_t *movable_axis_here(movable_axis_t *own)
+static inline MOVABLE(axis, t) * movable_axis_here(movable_axis_t *own)
 {
-    tribo_axis_f32_t *const axis = &own->axis;
+    MOVABLE(axis, t) *const axis = &own->axis;
     movable_axis_point(&axis->params);
     movable_axis_point(&own->next);
     axis->active           = movable_axis_params(own, own->has_next);
@@ -41,10 +51,17 @@ static inline tribo_axis_f32_t *movable_axis_here(movable_axis_t *own)
     return axis;
 }
 
-/// See tribo_axis_f32_init. Before it nothing else may be called.
-static inline tribo_status_t movable_axis_init(movable_axis_t *own, const tribo_axis_f32_config_t *config)
+/// tribo_axis_f32_init, which has no full scale, or tribo_axis_q31_init. Before it nothing else may be called.
+static inline tribo_status_t movable_axis_init(movable_axis_t                *own,
+                                               const tribo_axis_f32_config_t *config,
+                                               float                          full_scale_n)
 {
+#ifdef TRIBO_ARITHMETIC_Q31
+    const tribo_status_t status = tribo_axis_q31_init(&own->axis, config, full_scale_n);
+#else
+    (void)full_scale_n;
     const tribo_status_t status = tribo_axis_f32_init(&own->axis, config);
+#endif
     if (status == TRIBO_OK)
     {
         own->next     = own->axis.params;
@@ -54,14 +71,18 @@ static inline tribo_status_t movable_axis_init(movable_axis_t *own, const tribo_
     return status;
 }
 
-/// See tribo_axis_f32_prepare and _change.
+/// See tribo_axis_f32_prepare and _change; the full scale stays.
 static inline tribo_status_t movable_axis_change(movable_axis_t *own, const tribo_axis_f32_config_t *config)
 {
-    tribo_axis_f32_params_t made;
-    tribo_status_t          status = tribo_axis_f32_prepare(&made, config);
+    movable_params_t made;
+#ifdef TRIBO_ARITHMETIC_Q31
+    tribo_status_t status = tribo_axis_q31_prepare(&made, config, own->axis.params.full_scale_n);
+#else
+    tribo_status_t status = tribo_axis_f32_prepare(&made, config);
+#endif
     if (status == TRIBO_OK)
     {
-        status = tribo_axis_f32_change(movable_axis_here(own), &made);
+        status = MOVABLE(axis, change)(movable_axis_here(own), &made);
     }
     if (status == TRIBO_OK)
     {

@@ -12,6 +12,7 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "support"))
+import doors  # noqa: E402
 from version import VERSION  # noqa: E402
 IN_LIB = {path.relative_to(ROOT / "lib").as_posix() for path in (ROOT / "lib").rglob("*.c")}
 M4F = ["-mthumb", "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]
@@ -20,7 +21,8 @@ CALLER = """#include "tribo/feedforward_f32.h"
 int main(void)
 {
     static tribo_feedforward_f32_memory_t memory;
-    static tribo_force_loop_f32_state_t loop = {.memory = &memory.state.tick};
+    static tribo_force_loop_f32_state_t loop;
+    loop.memory = &memory.state.tick;
     if (tribo_force_loop_f32_start(&loop, &rig_params, false) != TRIBO_OK)
         return 2;
     float u = 0.0f;
@@ -101,7 +103,7 @@ def test_arduino_compiles_as_its_builder_does(packages, tmp_path):
     (tmp_path / "Arduino.h").write_text("#include <stdint.h>\nextern \"C\" float sinf(float);\nuint32_t micros();\nstruct serial_t { void begin(int); void println(const char *); };\nextern serial_t Serial;\n")
     sketches = [CALLER.replace('"tribo/feedforward_f32.h"', f"<{properties['includes']}>")]
     sketches += ['#include "Arduino.h"\n' + path.read_text() for path in sorted(folder.glob("examples/*/*.ino"))]
-    assert len(sketches) == 2
+    assert len(sketches) == 5
     for number, sketch in enumerate(sketches):
         (tmp_path / f"{number}.ino.cpp").write_text(sketch)
         run("arm-none-eabi-g++", "-std=gnu++14", "-Wall", "-Wextra", "-Werror", *flags, f"-I{ROOT / 'examples' / 'rig'}", "-c", tmp_path / f"{number}.ino.cpp", "-o", tmp_path / f"{number}.ino.o")
@@ -170,6 +172,40 @@ def test_zephyrs_kconfig_has_its_symbol(packages):
 @pytest.mark.skipif(not shutil.which("cargo"), reason="no cargo: tools/setup all")
 def test_crates_pass_their_tests(packages, tmp_path):
     run("cargo", "test", "--offline", cwd=packages / "crates", env={**os.environ, "CARGO_TARGET_DIR": str(tmp_path)})
+
+
+@pytest.mark.skipif(not shutil.which("cargo"), reason="no cargo: tools/setup all")
+@pytest.mark.parametrize("arithmetic", ["f32", "q31"])
+def test_crates_have_the_bits_of_the_librarys_own_calls(arithmetic, packages, tmp_path):
+    """Axis with each controller, tuned and moved while it runs, and joint."""
+    is_q31 = arithmetic == "q31"
+    examples = packages / "crates" / "tribo" / "examples"
+    examples.mkdir(exist_ok=True)
+    shutil.copy(ROOT / "tests" / "examples" / "doors.rs", examples)
+    run("cargo", "build", "--offline", "--example", "doors", cwd=packages / "crates", env={**os.environ, "CARGO_TARGET_DIR": str(tmp_path)})
+    of_the_library = doors.build(tmp_path, is_q31)
+
+    def words(row, full_scale):
+        return [doors.q31(x, full_scale) if is_q31 else doors.word(x) for x in row]
+
+    _, rows = doors.axis_run(doors.plain_pi(), doors.PERIOD + 3000)
+    forces = [words(row, doors.FULL_SCALE_N) for row in rows]
+    pi, outputs = doors.plain_pi(), []
+    for tick, row in enumerate(rows):
+        outputs += words([pi(*row) + (3 if tick % 997 < 5 else 0)], doors.FULL_SCALE_N)  # beyond the limit, too
+    tuned = {"pi": [1.2 if 5000 < tick < 7000 else 1.9 for tick in range(len(rows))], "sections": [0.75 if tick > 5000 else 1.0 for tick in range(len(rows))]}
+    _, swing = doors.joint_run(lambda effort, _q_ref, _q: min(max(effort, -1), 1), is_q31)
+    swing = [[*words([effort], 1), *([q_ref, q] if is_q31 else words([q_ref, q], 1)), *words([0.1 if tick > 3000 else 0.0], 1)]
+             for tick, (effort, q_ref, q) in enumerate(swing)]
+    for arguments, played in ((["axis", "pi"], [[*row, doors.word(x)] for row, x in zip(forces, tuned["pi"])]),
+                              (["axis", "sections", *(doors.word(x) for section in doors.SECTIONS for x in section)],
+                               [[*row, doors.word(x)] for row, x in zip(forces, tuned["sections"])]),
+                              (["axis", "paper"], [[*row, doors.word(1.0)] for row in forces]),
+                              (["axis", "own"], [[*row, v] for row, v in zip(forces, outputs)]),
+                              (["joint"], swing)):
+        expected = of_the_library(arguments, played)
+        assert len(expected) == len(played) and len(set(expected)) > 1000
+        assert doors.played([tmp_path / "debug" / "examples" / "doors", arithmetic, *arguments], played) == expected, arguments
 
 
 @pytest.mark.skipif(not shutil.which("rustc"), reason="no rustc: tools/setup all")

@@ -31,7 +31,7 @@ static tribo_axis_f32_config_t config_of(const double fields[FIELD_COUNT])
 tribo_status_t fmu_door_start(void *door, const double fields[FIELD_COUNT])
 {
     const tribo_axis_f32_config_t config = config_of(fields);
-    return movable_axis_init(door, &config);
+    return movable_axis_init(door, &config, 0.0f);
 }
 
 tribo_status_t fmu_door_change(void *door, const double fields[FIELD_COUNT])

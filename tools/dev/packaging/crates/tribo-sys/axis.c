@@ -1,102 +1,155 @@
-// A force axis as Rust sees it. In Rust a value may move at any time.
+// A force axis as Rust sees it, in one arithmetic: axis_q31.c is its other one. In Rust a value may move at any time.
 
 #include "movable_axis.h"
 
-#define AXIS_BYTES 1664u // of Axis in src/lib.rs
+#ifdef TRIBO_ARITHMETIC_Q31
+#define SYS_AXIS(verb) tribo_sys_axis_q31_##verb
+#else
+#define SYS_AXIS(verb) tribo_sys_axis_f32_##verb
+#endif
 
-_Static_assert(sizeof(movable_axis_t) <= AXIS_BYTES, "Axis in src/lib.rs is too small");
-_Static_assert(_Alignof(movable_axis_t) <= 8, "Axis in src/lib.rs is not aligned enough");
+#define AXIS_BYTES 1792u // of AxisF32 and AxisQ31 in src/lib.rs
+
+_Static_assert(sizeof(movable_axis_t) <= AXIS_BYTES, "an axis in src/lib.rs is too small");
+_Static_assert(_Alignof(movable_axis_t) <= 8, "an axis in src/lib.rs is not aligned enough");
 
 typedef struct
 {
-    float   sample_time_s, u_min_n, u_max_n, input_max_n, usual_force_n;
-    float   positive[2], negative[2]; ///< offset_n, slope
-    float   gravity_n, arm_lag_s, noise_n;
-    float   actuator_pole_rad_per_s, sensor_pole_rad_per_s;
-    int32_t controller; ///< tribo_controller_kind_t, without sections
-    float   kp, ki_per_s;
+    float b0, b1, b2, a1, a2;
+} section_t;
+
+/// Kinds of tribo_controller_kind_t, and one more.
+enum
+{
+    CONTROLLER_PAPER = 4
+};
+
+typedef struct
+{
+    int32_t   kind;
+    float     kp, ki_per_s;
+    uint32_t  section_count;
+    section_t sections[TRIBO_BIQUAD_SECTIONS_MAX];
+} controller_t;
+
+typedef struct
+{
+    float        sample_time_s, u_min_n, u_max_n, input_max_n, usual_force_n;
+    float        positive[2], negative[2]; ///< offset_n, slope
+    float        gravity_n, arm_lag_s, noise_n;
+    float        actuator_pole_rad_per_s, sensor_pole_rad_per_s;
+    controller_t controller;
 } axis_config_t;
 
 typedef struct
 {
     float    breakaway_n[2], low_n[2], high_n[2], travel_n, times_less, share;
-    uint32_t bad_inputs, limited_ticks, forgotten, warnings;
+    uint32_t bad_inputs, limited_ticks, forgotten, late, warnings;
 } axis_report_t;
 
-int32_t     tribo_sys_axis_init(movable_axis_t *axis, const axis_config_t *config);
-int32_t     tribo_sys_axis_change(movable_axis_t *axis, const axis_config_t *config);
-float       tribo_sys_axis_step(movable_axis_t *axis, float r, float y);
-float       tribo_sys_axis_error(movable_axis_t *axis, float r, float y);
-float       tribo_sys_axis_command(movable_axis_t *axis, float v);
-float       tribo_sys_axis_excess(const movable_axis_t *axis);
-void        tribo_sys_axis_report(movable_axis_t *axis, axis_report_t *report);
-const char *tribo_sys_axis_warning(uint32_t *warnings);
-void        tribo_sys_axis_restore(movable_axis_t *axis);
-void        tribo_sys_axis_export(movable_axis_t *axis, uint8_t *bytes);
-int32_t     tribo_sys_axis_import(movable_axis_t *axis, const uint8_t *bytes, size_t size);
-
-static tribo_axis_f32_config_t expanded(const axis_config_t *config)
+/// A config with room for its sections.
+typedef struct
 {
-    tribo_axis_f32_config_t full             = tribo_axis_f32_config();
-    full.sample_time_s                       = config->sample_time_s;
-    full.u_min_n                             = config->u_min_n;
-    full.u_max_n                             = config->u_max_n;
-    full.input_max_n                         = config->input_max_n;
-    full.usual_force_n                       = config->usual_force_n;
-    full.positive                            = (tribo_breakaway_f32_t){config->positive[0], config->positive[1]};
-    full.negative                            = (tribo_breakaway_f32_t){config->negative[0], config->negative[1]};
-    full.gravity_n                           = config->gravity_n;
-    full.arm_lag_s                           = config->arm_lag_s;
-    full.noise_n                             = config->noise_n;
-    full.feedforward.actuator_pole_rad_per_s = config->actuator_pole_rad_per_s;
-    full.feedforward.sensor_pole_rad_per_s   = config->sensor_pole_rad_per_s;
-    full.controller                          = tribo_pi(config->kp, config->ki_per_s);
-    full.controller.kind                     = (tribo_controller_kind_t)config->controller;
-    return full;
+    tribo_axis_f32_config_t    config;
+    tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_SECTIONS_MAX];
+} expanded_t;
+
+int32_t         SYS_AXIS(init)(movable_axis_t *axis, const axis_config_t *config, float full_scale_n);
+int32_t         SYS_AXIS(change)(movable_axis_t *axis, const axis_config_t *config);
+movable_force_t SYS_AXIS(step)(movable_axis_t *axis, movable_force_t r, movable_force_t y);
+movable_force_t SYS_AXIS(error)(movable_axis_t *axis, movable_force_t r, movable_force_t y);
+movable_force_t SYS_AXIS(command)(movable_axis_t *axis, movable_force_t v);
+movable_force_t SYS_AXIS(excess)(const movable_axis_t *axis);
+void            SYS_AXIS(report)(movable_axis_t *axis, axis_report_t *report);
+void            SYS_AXIS(restore)(movable_axis_t *axis);
+void            SYS_AXIS(export)(movable_axis_t *axis, uint8_t *bytes);
+int32_t         SYS_AXIS(import)(movable_axis_t *axis, const uint8_t *bytes, size_t size);
+
+static tribo_axis_controller_t controller_of(const controller_t *controller, tribo_biquad_f32_section_t *sections)
+{
+    for (uint32_t i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
+    {
+        const section_t *const x = &controller->sections[i];
+        sections[i]              = (tribo_biquad_f32_section_t){x->b0, x->b1, x->b2, x->a1, x->a2};
+    }
+    switch (controller->kind)
+    {
+    case TRIBO_CONTROLLER_PI:
+        return tribo_pi(controller->kp, controller->ki_per_s);
+    case TRIBO_CONTROLLER_SECTIONS:
+        return tribo_sections(sections, controller->section_count);
+    case TRIBO_CONTROLLER_OWN:
+        return tribo_own();
+    case CONTROLLER_PAPER:
+        return tribo_paper();
+    default:
+        return (tribo_axis_controller_t){.kind = TRIBO_CONTROLLER_NONE};
+    }
 }
 
-int32_t tribo_sys_axis_init(movable_axis_t *axis, const axis_config_t *config)
+static void expand(expanded_t *full, const axis_config_t *given)
 {
-    const tribo_axis_f32_config_t full = expanded(config);
-    return (int32_t)movable_axis_init(axis, &full);
+    tribo_axis_f32_config_t *const config       = &full->config;
+    *config                                     = tribo_axis_f32_config();
+    config->sample_time_s                       = given->sample_time_s;
+    config->u_min_n                             = given->u_min_n;
+    config->u_max_n                             = given->u_max_n;
+    config->input_max_n                         = given->input_max_n;
+    config->usual_force_n                       = given->usual_force_n;
+    config->positive                            = (tribo_breakaway_f32_t){given->positive[0], given->positive[1]};
+    config->negative                            = (tribo_breakaway_f32_t){given->negative[0], given->negative[1]};
+    config->gravity_n                           = given->gravity_n;
+    config->arm_lag_s                           = given->arm_lag_s;
+    config->noise_n                             = given->noise_n;
+    config->feedforward.actuator_pole_rad_per_s = given->actuator_pole_rad_per_s;
+    config->feedforward.sensor_pole_rad_per_s   = given->sensor_pole_rad_per_s;
+    config->controller                          = controller_of(&given->controller, full->sections);
 }
 
-int32_t tribo_sys_axis_change(movable_axis_t *axis, const axis_config_t *config)
+int32_t SYS_AXIS(init)(movable_axis_t *axis, const axis_config_t *config, float full_scale_n)
 {
-    const tribo_axis_f32_config_t full = expanded(config);
-    return (int32_t)movable_axis_change(axis, &full);
+    expanded_t full;
+    expand(&full, config);
+    return (int32_t)movable_axis_init(axis, &full.config, full_scale_n);
 }
 
-float tribo_sys_axis_step(movable_axis_t *axis, float r, float y)
+int32_t SYS_AXIS(change)(movable_axis_t *axis, const axis_config_t *config)
 {
-    const float u = tribo_axis_f32_step(movable_axis_here(axis), r, y);
+    expanded_t full;
+    expand(&full, config);
+    return (int32_t)movable_axis_change(axis, &full.config);
+}
+
+movable_force_t SYS_AXIS(step)(movable_axis_t *axis, movable_force_t r, movable_force_t y)
+{
+    const movable_force_t u = MOVABLE(axis, step)(movable_axis_here(axis), r, y);
     movable_axis_ran(axis);
     return u;
 }
 
-float tribo_sys_axis_error(movable_axis_t *axis, float r, float y)
+movable_force_t SYS_AXIS(error)(movable_axis_t *axis, movable_force_t r, movable_force_t y)
 {
-    const float e = tribo_axis_f32_error(movable_axis_here(axis), r, y);
+    const movable_force_t e = MOVABLE(axis, error)(movable_axis_here(axis), r, y);
     movable_axis_ran(axis);
     return e;
 }
 
-float tribo_sys_axis_command(movable_axis_t *axis, float v)
+movable_force_t SYS_AXIS(command)(movable_axis_t *axis, movable_force_t v)
 {
-    const float u = tribo_axis_f32_command(movable_axis_here(axis), v);
+    const movable_force_t u = MOVABLE(axis, command)(movable_axis_here(axis), v);
     movable_axis_ran(axis);
     return u;
 }
 
-float tribo_sys_axis_excess(const movable_axis_t *axis)
+movable_force_t SYS_AXIS(excess)(const movable_axis_t *axis)
 {
-    return axis->axis.excess_n;
+    return MOVABLE(axis, excess)(&axis->axis);
 }
 
-void tribo_sys_axis_report(movable_axis_t *axis, axis_report_t *report)
+void SYS_AXIS(report)(movable_axis_t *axis, axis_report_t *report)
 {
     tribo_axis_report_t now;
-    tribo_axis_f32_report(movable_axis_here(axis), &now);
+    MOVABLE(axis, report)(movable_axis_here(axis), &now);
     *report = (axis_report_t){{now.breakaway_n[0], now.breakaway_n[1]},
                               {now.low_n[0], now.low_n[1]},
                               {now.high_n[0], now.high_n[1]},
@@ -106,34 +159,30 @@ void tribo_sys_axis_report(movable_axis_t *axis, axis_report_t *report)
                               now.bad_inputs,
                               now.limited_ticks,
                               now.forgotten,
+                              now.late,
                               now.warnings};
 }
 
-const char *tribo_sys_axis_warning(uint32_t *warnings)
+void SYS_AXIS(restore)(movable_axis_t *axis)
 {
-    return tribo_axis_warning(warnings);
+    MOVABLE(axis, restore)(movable_axis_here(axis));
 }
 
-void tribo_sys_axis_restore(movable_axis_t *axis)
-{
-    tribo_axis_f32_restore(movable_axis_here(axis));
-}
+_Static_assert(sizeof(MOVABLE(axis, blob_t)) == 104u, "LEARNED_BYTES in src/lib.rs has another size");
 
-_Static_assert(sizeof(tribo_axis_f32_blob_t) == 104u, "LEARNED_BYTES in src/lib.rs has another size");
-
-void tribo_sys_axis_export(movable_axis_t *axis, uint8_t *bytes)
+void SYS_AXIS(export)(movable_axis_t *axis, uint8_t *bytes)
 {
-    tribo_axis_f32_blob_t blob;
-    tribo_axis_f32_export(movable_axis_here(axis), &blob);
+    MOVABLE(axis, blob_t) blob;
+    MOVABLE(axis, export)(movable_axis_here(axis), &blob);
     for (size_t i = 0; i < sizeof blob; i++)
     {
         bytes[i] = ((const uint8_t *)&blob)[i];
     }
 }
 
-int32_t tribo_sys_axis_import(movable_axis_t *axis, const uint8_t *bytes, size_t size)
+int32_t SYS_AXIS(import)(movable_axis_t *axis, const uint8_t *bytes, size_t size)
 {
-    tribo_axis_f32_blob_t blob;
+    MOVABLE(axis, blob_t) blob;
     if (size != sizeof blob)
     {
         return (int32_t)TRIBO_ERR_BLOB_VERSION;
@@ -142,5 +191,16 @@ int32_t tribo_sys_axis_import(movable_axis_t *axis, const uint8_t *bytes, size_t
     {
         ((uint8_t *)&blob)[i] = bytes[i];
     }
-    return (int32_t)tribo_axis_f32_import(movable_axis_here(axis), &blob);
+    return (int32_t)MOVABLE(axis, import)(movable_axis_here(axis), &blob);
 }
+
+#ifdef TRIBO_ARITHMETIC_Q31
+
+int32_t tribo_sys_axis_q31_learn(movable_axis_t *axis);
+
+int32_t tribo_sys_axis_q31_learn(movable_axis_t *axis)
+{
+    return tribo_axis_q31_learn(movable_axis_here(axis));
+}
+
+#endif

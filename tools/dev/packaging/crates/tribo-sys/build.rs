@@ -7,8 +7,11 @@ use std::process::Command;
 
 const SOURCES: &[&str] = &[
     "axis.c",
+    "axis_q31.c",
     "force_loop.c",
     "joint.c",
+    "joint_q31.c",
+    "text.c",
     @RUST_SOURCES@,
 ];
 
@@ -57,7 +60,7 @@ fn main() {
     println!("cargo:rerun-if-env-changed=CC");
     println!("cargo:rerun-if-env-changed=CFLAGS");
     println!("cargo:rerun-if-changed={}", rig.display());
-    for source in ["axis.c", "force_loop.c", "joint.c", "lib"] {
+    for source in SOURCES.iter().chain(&["movable_axis.h", "lib/include"]) {
         println!("cargo:rerun-if-changed={source}");
     }
     println!("cargo:rustc-link-search=native={}", out.display());

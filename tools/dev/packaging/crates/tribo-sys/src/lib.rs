@@ -2,28 +2,36 @@
 //! way to them.
 #![no_std]
 
-/// Memory of an axis, of the size that axis.c checks. It may be moved between two calls.
-#[repr(C, align(8))]
-pub struct Axis(pub [u8; 1664]);
-
 /// Memory of a rig's loop, of the size that force_loop.c checks. It may be moved between two calls.
 #[repr(C, align(8))]
 pub struct ForceLoop(pub [u8; 1024]);
 
-/// Memory of a joint, of the size that joint.c checks. It may be moved between two calls.
-#[repr(C, align(8))]
-pub struct Joint(pub [u8; 320]);
-
 /// Bytes of what an axis has learned.
 pub const LEARNED_BYTES: usize = 104;
 
-/// A PI, a controller of yours, or (all 0) none, which is refused. Made by `tribo::pi` and `tribo::own`.
+/// Most sections of a controller.
+pub const SECTIONS_MAX: usize = 4;
+
+/// (b0 + b1/d + b2/d^2) / (1 + a1/d + a2/d^2) with d = z - 1, the delta operator: another filter than with these numbers in z.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Section {
+    pub b0: f32,
+    pub b1: f32,
+    pub b2: f32,
+    pub a1: f32,
+    pub a2: f32,
+}
+
+/// Made by `tribo::pi`, `sections`, `paper` and `own`; all 0 is none, which is refused.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Controller {
     pub kind: i32,
     pub kp: f32,
     pub ki_per_s: f32,
+    pub section_count: u32,
+    pub sections: [Section; SECTIONS_MAX],
 }
 
 /// Friction to overcome at rest: offset_n + slope |F|.
@@ -79,6 +87,7 @@ pub struct AxisReport {
     pub bad_inputs: u32,
     pub limited_ticks: u32,
     pub forgotten: u32,
+    pub late: u32,
     pub warnings: u32,
 }
 
@@ -120,25 +129,66 @@ extern "C" {
     pub fn tribo_sys_loop_step(state: *mut ForceLoop, r: f32, y: f32) -> f32;
     pub fn tribo_sys_loop_guard(state: *const ForceLoop) -> i32;
 
-    pub fn tribo_sys_axis_init(axis: *mut Axis, config: *const AxisConfig) -> i32;
-    pub fn tribo_sys_axis_change(axis: *mut Axis, config: *const AxisConfig) -> i32;
-    pub fn tribo_sys_axis_step(axis: *mut Axis, r: f32, y: f32) -> f32;
-    pub fn tribo_sys_axis_error(axis: *mut Axis, r: f32, y: f32) -> f32;
-    pub fn tribo_sys_axis_command(axis: *mut Axis, v: f32) -> f32;
-    pub fn tribo_sys_axis_excess(axis: *const Axis) -> f32;
-    pub fn tribo_sys_axis_report(axis: *mut Axis, report: *mut AxisReport);
+    pub fn tribo_sys_axis_q31_learn(axis: *mut AxisQ31) -> i32;
     pub fn tribo_sys_axis_warning(warnings: *mut u32) -> *const u8;
-    pub fn tribo_sys_axis_restore(axis: *mut Axis);
-    pub fn tribo_sys_axis_export(axis: *mut Axis, bytes: *mut u8);
-    pub fn tribo_sys_axis_import(axis: *mut Axis, bytes: *const u8, size: usize) -> i32;
-
-    pub fn tribo_sys_joint_init(joint: *mut Joint, config: *const JointConfig) -> i32;
-    pub fn tribo_joint_f32_step(joint: *mut Joint, effort: f32, q_ref: f32, q: f32) -> f32;
-    pub fn tribo_joint_f32_load(joint: *mut Joint, load: f32);
-    pub fn tribo_joint_f32_restore(joint: *mut Joint);
-    pub fn tribo_sys_joint_gain(joint: *mut Joint, gain: f32) -> i32;
-    pub fn tribo_sys_joint_report(joint: *const Joint, report: *mut JointReport);
-    pub fn tribo_sys_joint_force(joint: *const Joint, force: *mut f32);
     pub fn tribo_sys_status_text(status: i32) -> *const u8;
     pub fn tribo_sys_joint_cause_text(cause: i32) -> *const u8;
 }
+
+/// Axis and joint in one arithmetic, in a module of that name.
+macro_rules! arithmetic {
+    ($name:ident, $axis:ident, $joint:ident, $force:ty, $position:ty) => {
+        /// Memory of an axis, of the size that axis.c checks. It may be moved between two calls.
+        #[repr(C, align(8))]
+        pub struct $axis(pub [u8; 1792]);
+
+        /// Memory of a joint, of the size that joint.c checks. It may be moved between two calls.
+        #[repr(C, align(8))]
+        pub struct $joint(pub [u8; 320]);
+
+        pub mod $name {
+            use super::{$axis, $joint, AxisConfig, AxisReport, JointConfig, JointReport};
+
+            extern "C" {
+                #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_init")]
+                pub fn axis_init(axis: *mut $axis, config: *const AxisConfig, full_scale_n: f32) -> i32;
+                #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_change")]
+                pub fn axis_change(axis: *mut $axis, config: *const AxisConfig) -> i32;
+                #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_step")]
+                pub fn axis_step(axis: *mut $axis, r: $force, y: $force) -> $force;
+                #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_error")]
+                pub fn axis_error(axis: *mut $axis, r: $force, y: $force) -> $force;
+                #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_command")]
+                pub fn axis_command(axis: *mut $axis, v: $force) -> $force;
+                #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_excess")]
+                pub fn axis_excess(axis: *const $axis) -> $force;
+                #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_report")]
+                pub fn axis_report(axis: *mut $axis, report: *mut AxisReport);
+                #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_restore")]
+                pub fn axis_restore(axis: *mut $axis);
+                #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_export")]
+                pub fn axis_export(axis: *mut $axis, bytes: *mut u8);
+                #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_import")]
+                pub fn axis_import(axis: *mut $axis, bytes: *const u8, size: usize) -> i32;
+
+                #[link_name = concat!("tribo_sys_joint_", stringify!($name), "_init")]
+                pub fn joint_init(joint: *mut $joint, config: *const JointConfig) -> i32;
+                #[link_name = concat!("tribo_joint_", stringify!($name), "_step")]
+                pub fn joint_step(joint: *mut $joint, effort: $force, q_ref: $position, q: $position) -> $force;
+                #[link_name = concat!("tribo_joint_", stringify!($name), "_load")]
+                pub fn joint_load(joint: *mut $joint, load: $force);
+                #[link_name = concat!("tribo_sys_joint_", stringify!($name), "_gain")]
+                pub fn joint_gain(joint: *mut $joint, gain: f32) -> i32;
+                #[link_name = concat!("tribo_joint_", stringify!($name), "_restore")]
+                pub fn joint_restore(joint: *mut $joint);
+                #[link_name = concat!("tribo_sys_joint_", stringify!($name), "_force")]
+                pub fn joint_force(joint: *const $joint, force: *mut f32);
+                #[link_name = concat!("tribo_sys_joint_", stringify!($name), "_report")]
+                pub fn joint_report(joint: *const $joint, report: *mut JointReport);
+            }
+        }
+    };
+}
+
+arithmetic!(f32, AxisF32, JointF32, f32, f32);
+arithmetic!(q31, AxisQ31, JointQ31, i32, i32);

@@ -1,6 +1,6 @@
 //! A joint with current and encoder, beside a loop of yours.
 
-use core::fmt;
+use core::{fmt, mem::size_of};
 
 use crate::refused::{done, text, Refused};
 pub use tribo_sys::JointConfig;
@@ -43,66 +43,103 @@ pub struct Force {
     pub high: f32,
 }
 
-/// Takes friction out of a joint. `step` is the same C as in a drive; a joint may be moved, and sent to another thread.
-pub struct Joint(tribo_sys::Joint);
-
-impl Joint {
-    /// At rest, nothing learned.
-    pub fn new(config: &JointConfig) -> Result<Self, Refused> {
-        let mut joint = tribo_sys::Joint([0; 320]);
-        done(unsafe { tribo_sys::tribo_sys_joint_init(&mut joint, config) })?;
-        Ok(Joint(joint))
-    }
-
-    /// u for the drive: `effort` of your loop, and friction. Within its limit whatever comes in; a bad input counts as none, or as no motion.
-    pub fn step(&mut self, effort: f32, q_ref: f32, q: f32) -> f32 {
-        unsafe { tribo_sys::tribo_joint_f32_step(&mut self.0, effort, q_ref, q) }
-    }
-
-    /// The load by a model of the arm, e.g. gravity, as effort: added to u from the next tick on, and not learned.
-    pub fn load(&mut self, load: f32) {
-        unsafe { tribo_sys::tribo_joint_f32_load(&mut self.0, load) }
-    }
-
-    /// Another gain, 0 to 1; the term follows in a third of a second.
-    pub fn gain(&mut self, gain: f32) -> Result<(), Refused> {
-        done(unsafe { tribo_sys::tribo_sys_joint_gain(&mut self.0, gain) })
-    }
-
-    /// The term comes back, once the cause is found.
-    pub fn restore(&mut self) {
-        unsafe { tribo_sys::tribo_joint_f32_restore(&mut self.0) }
-    }
-
-    /// The end-point force from current, with its interval.
-    pub fn force(&self) -> Force {
-        let mut x = [0.0; 3];
-        unsafe { tribo_sys::tribo_sys_joint_force(&self.0, x.as_mut_ptr()) };
-        Force { force: x[0], low: x[1], high: x[2] }
-    }
-
-    pub fn report(&self) -> Report {
-        let mut x = tribo_sys::JointReport::default();
-        unsafe { tribo_sys::tribo_sys_joint_report(&self.0, &mut x) };
-        let cause = match x.cause {
+impl From<tribo_sys::JointReport> for Report {
+    fn from(now: tribo_sys::JointReport) -> Self {
+        let cause = match now.cause {
             0 => Cause::Sound,
             1 => Cause::Astray,
             2 => Cause::Hunting,
             _ => Cause::Reversed,
         };
         Report {
-            friction: x.friction,
-            low: x.low,
-            high: x.high,
-            load: x.load,
-            share: x.share,
-            is_learned: x.is_learned != 0,
+            friction: now.friction,
+            low: now.low,
+            high: now.high,
+            load: now.load,
+            share: now.share,
+            is_learned: now.is_learned != 0,
             cause,
-            bad_inputs: x.bad_inputs,
-            limited_ticks: x.limited_ticks,
+            bad_inputs: now.bad_inputs,
+            limited_ticks: now.limited_ticks,
         }
     }
 }
+
+macro_rules! joint {
+    ($(#[$doc:meta])* $name:ident, $sys:ident, $memory:ident, $number:ty) => {
+        $(#[$doc])*
+        pub struct $name(tribo_sys::$memory);
+
+        impl $name {
+            /// At rest, nothing learned.
+            pub fn new(config: &JointConfig) -> Result<Self, Refused> {
+                let mut joint = tribo_sys::$memory([0; size_of::<tribo_sys::$memory>()]);
+                done(unsafe { tribo_sys::$sys::joint_init(&mut joint, config) })?;
+                Ok($name(joint))
+            }
+
+            /// u for the drive: `effort` of your loop, and friction. Within its limit whatever comes in; a bad input counts as none, or as no motion.
+            pub fn step(&mut self, effort: $number, q_ref: $number, q: $number) -> $number {
+                unsafe { tribo_sys::$sys::joint_step(&mut self.0, effort, q_ref, q) }
+            }
+
+            /// The load by a model of the arm, e.g. gravity, as effort: added to u from the next tick on, and not learned.
+            pub fn load(&mut self, load: $number) {
+                unsafe { tribo_sys::$sys::joint_load(&mut self.0, load) }
+            }
+
+            /// Another gain, 0 to 1; the term follows in a third of a second.
+            pub fn gain(&mut self, gain: f32) -> Result<(), Refused> {
+                done(unsafe { tribo_sys::$sys::joint_gain(&mut self.0, gain) })
+            }
+
+            /// The term comes back, once the cause is found.
+            pub fn restore(&mut self) {
+                unsafe { tribo_sys::$sys::joint_restore(&mut self.0) }
+            }
+
+            /// The end-point force from current, with its interval, in the unit of the config.
+            pub fn force(&self) -> Force {
+                let mut x = [0.0; 3];
+                unsafe { tribo_sys::$sys::joint_force(&self.0, x.as_mut_ptr()) };
+                Force { force: x[0], low: x[1], high: x[2] }
+            }
+
+            /// Not for the tick.
+            pub fn report(&self) -> Report {
+                let mut now = tribo_sys::JointReport::default();
+                unsafe { tribo_sys::$sys::joint_report(&self.0, &mut now) };
+                now.into()
+            }
+        }
+    };
+}
+
+joint!(
+    /// Takes friction out of a joint, in float32. `step` is the same C as in a drive; a joint may be moved, and sent to another thread.
+    Joint,
+    f32,
+    JointF32,
+    f32
+);
+
+joint!(
+    /// Takes friction out of a joint, in fixed point: effort, load and u are Q31 of the config's `effort_max`, positions are counts of the encoder,
+    /// which may wrap. The config's `travel` is 1 to 1e4 counts.
+    ///
+    /// ```
+    /// use tribo::{JointConfig, JointQ31};
+    /// let config = JointConfig { sample_time_s: 1e-3, effort_max: 3.0, travel: 4.0, breakaway: 0.3, actuator_pole_rad_per_s: 0.0, gain: 0.9 };
+    /// let mut joint = JointQ31::new(&config)?; // N m and counts
+    /// let u = joint.step(1 << 29, 1200, 1196); // i32::MAX is 3 N m
+    /// # assert!(u > 0);
+    /// # Ok::<(), tribo::Refused>(())
+    /// ```
+    JointQ31,
+    q31,
+    JointQ31,
+    i32
+);
 
 impl fmt::Display for Cause {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -27,6 +27,31 @@
 //! # Ok::<(), tribo::Refused>(())
 //! ```
 //!
+//! With a PID, an observer or a library of yours the tick of an axis has two halves, and `excess` is for its integral:
+//!
+//! ```
+//! # use tribo::{own, Axis, AxisConfig, Breakaway};
+//! # let config = AxisConfig {
+//! #     sample_time_s: 1e-3,
+//! #     u_min_n: -2.0,
+//! #     u_max_n: 2.0,
+//! #     positive: Breakaway { offset_n: 0.007, slope: 0.3 },
+//! #     actuator_pole_rad_per_s: 200.0,
+//! #     sensor_pole_rad_per_s: 55.0,
+//! #     ..Default::default()
+//! # };
+//! let mut axis = Axis::new(&AxisConfig { controller: own(), ..config })?;
+//! let mut integral = 0.0;
+//! let e = axis.error(0.5, 0.48);
+//! integral += 0.11 * e;
+//! let u = axis.command(1.9 * e + integral);
+//! integral += 0.11 * axis.excess();
+//! # assert!(u.is_finite() && integral.is_finite());
+//! # Ok::<(), tribo::Refused>(())
+//! ```
+//!
+//! `AxisQ31` and `JointQ31` are both in fixed point, for a processor without an FPU.
+//!
 //! `ForceLoop` is the loop of the header in `TRIBO_RIG` (see tribo-sys): smaller, as no set-up is linked, and fixed when it is compiled.
 //!
 //! ```
@@ -40,8 +65,8 @@ mod axis;
 mod joint;
 mod refused;
 
-pub use axis::{own, pi, Axis, AxisConfig, AxisReport, Breakaway, Controller, LEARNED_BYTES};
-pub use joint::{Cause, Force, Joint, JointConfig, Report};
+pub use axis::{own, paper, pi, sections, Axis, AxisConfig, AxisQ31, AxisReport, Breakaway, Controller, Section, LEARNED_BYTES, SECTIONS_MAX};
+pub use joint::{Cause, Force, Joint, JointConfig, JointQ31, Report};
 pub use refused::Refused;
 
 /// The loop of one rig. `step` is the same C as in a drive; a loop may be moved, and sent to another thread.

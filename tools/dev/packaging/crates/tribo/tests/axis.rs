@@ -1,6 +1,6 @@
 //! Axes against an arm with friction that shares no code with them, moved in memory while they run.
 
-use tribo::{own, pi, Axis, AxisConfig, Breakaway};
+use tribo::{own, paper, pi, sections, Axis, AxisConfig, AxisQ31, Breakaway, Section};
 
 const CONFIG: AxisConfig = AxisConfig {
     sample_time_s: 1e-3,
@@ -158,4 +158,113 @@ fn refuses_in_words_field_by_field_and_is_finite_whatever_comes() {
     assert_eq!(report.bad_inputs, 6);
     assert!(report.warnings().any(|sentence| sentence.contains("bad_inputs")));
     axis.restore();
+}
+
+const FULL_SCALE_N: f32 = 8.0;
+
+fn q31(force_n: f32) -> i32 {
+    (f64::from(force_n) / f64::from(FULL_SCALE_N) * 2147483648.0) as i32
+}
+
+fn newtons(force: i32) -> f32 {
+    (f64::from(force) / 2147483648.0 * f64::from(FULL_SCALE_N)) as f32
+}
+
+#[test]
+fn fixed_point_takes_friction_out_by_what_it_learned() {
+    let mut pi = plain_pi();
+    let without = error_of(|r, y| pi(r - y));
+    let mut axes = [AxisQ31::new(&CONFIG, FULL_SCALE_N).unwrap(), AxisQ31::new(&CONFIG, FULL_SCALE_N).unwrap()];
+    let (mut follower, mut tick) = (0, 0);
+    let with = error_of(|r, y| {
+        tick += 1;
+        if tick % 1000 == 0 {
+            axes.swap(0, 1); // they change places in memory
+            follower = 1 - follower;
+        }
+        let u = axes[follower].step(q31(r), q31(y));
+        axes[follower].learn();
+        newtons(u)
+    });
+    assert!(without > 10.0 * with, "RMS error {without} N without, {with} N with");
+    let report = axes[follower].report();
+    let breakaway = 1.2 * (0.007 + 0.3 * 0.5);
+    assert!(report.low_n[0] < breakaway && breakaway < report.high_n[0] && report.travel_n > 1.0, "{report:?}");
+    assert!((report.breakaway_n[0] - breakaway).abs() < 0.05 * breakaway, "{report:?}");
+    assert_eq!((report.share, report.late, report.warnings().count()), (1.0, 0, 0));
+
+    let mut second = AxisQ31::new(&CONFIG, FULL_SCALE_N).unwrap();
+    second.import(&axes[follower].export()).unwrap();
+    assert_eq!(second.report().breakaway_n, report.breakaway_n);
+    let mut single = Axis::new(&CONFIG).unwrap();
+    assert!(single.import(&axes[follower].export()).unwrap_err().to_string().contains("version"));
+    let mut other = AxisQ31::new(&CONFIG, 4.0).unwrap();
+    assert!(other.import(&axes[follower].export()).unwrap_err().to_string().contains("rig"));
+}
+
+#[test]
+fn a_tick_in_fixed_point_does_not_learn_and_says_so() {
+    let mut axis = AxisQ31::new(&CONFIG, FULL_SCALE_N).unwrap();
+    let mut pi = plain_pi();
+    error_of(|r, y| {
+        axis.step(q31(r), q31(y));
+        pi(r - y)
+    });
+    assert!(axis.report().late > 100 && axis.report().travel_n == 0.0, "{:?}", axis.report());
+    assert!(axis.learn() && !axis.learn());
+}
+
+#[test]
+fn a_controller_of_the_callers_in_fixed_point() {
+    let mut pi = plain_pi();
+    let without = error_of(|r, y| pi(r - y));
+    let mut axis = AxisQ31::new(&AxisConfig { controller: own(), ..CONFIG }, FULL_SCALE_N).unwrap();
+    let mut pi = plain_pi();
+    let with = error_of(|r, y| {
+        let e = newtons(axis.error(q31(r), q31(y)));
+        let u = axis.command(q31(pi(e)));
+        axis.learn();
+        newtons(u)
+    });
+    assert!(without > 10.0 * with, "RMS error {without} N without, {with} N with");
+    assert_eq!(axis.excess(), 0);
+    assert_eq!((axis.command(q31(5.0)), axis.report().limited_ticks), (q31(2.0), 1));
+    assert!(newtons(axis.excess()) < -2.0);
+}
+
+#[test]
+fn fixed_point_changes_without_a_jump_and_refuses_in_words() {
+    let mut axis = AxisQ31::new(&CONFIG, FULL_SCALE_N).unwrap();
+    let mut arm = Arm::default();
+    let mut u = 0.0;
+    for tick in 0..PERIOD {
+        u = newtons(axis.step(q31(reference(tick)), q31(arm.reading)));
+        axis.learn();
+        arm.step(u);
+    }
+    axis.change(&AxisConfig { controller: pi(1.0, 60.0), ..CONFIG }).unwrap();
+    let mut moved = Box::new(axis);
+    let next = newtons(moved.step(q31(reference(PERIOD)), q31(arm.reading)));
+    assert!((next - u).abs() < 0.01, "u went from {u} to {next} N");
+    moved.restore();
+    assert!(AxisQ31::new(&CONFIG, 1.0).err().unwrap().to_string().contains("full_scale_n"));
+    assert!(AxisQ31::new(&CONFIG, f32::NAN).err().unwrap().to_string().contains("full_scale_n"));
+    assert!(moved.change(&AxisConfig { sample_time_s: 2e-3, ..CONFIG }).is_err());
+}
+
+#[test]
+fn sections_are_the_controller_they_say() {
+    let mut gains = Axis::new(&CONFIG).unwrap();
+    let b0 = 1.9 + 0.5 * 0.11;
+    let same = sections(&[Section { b0, b1: b0 + 0.11, b2: 0.11, a1: 1.0, a2: 0.0 }]);
+    let mut own = Axis::new(&AxisConfig { controller: same, ..CONFIG }).unwrap();
+    for tick in 0..PERIOD {
+        let r = reference(tick);
+        assert!((gains.step(r, 0.9 * r) - own.step(r, 0.9 * r)).abs() < 1e-5);
+    }
+    let refused = |controller| Axis::new(&AxisConfig { controller, ..CONFIG }).err().unwrap().to_string();
+    assert!(refused(sections(&[])).contains("section_count"));
+    assert!(refused(sections(&[Section::default(); 5])).contains("section_count"));
+    assert!(refused(sections(&[Section::default()])).contains("section"));
+    assert!(Axis::new(&AxisConfig { controller: paper(), ..CONFIG }).is_ok());
 }
