@@ -1,12 +1,34 @@
-// The force axis as an FMU, with a PI.
+// The force axis as an FMU. values.h defines FMU_CONTROLLER_PI, _SECTIONS, _PAPER or _OWN; of sections also FMU_SECTIONS, how many, whose fields
+// stand in a row.
 
 #include "door.h"
 
 #include "loop/movable_axis.h"
+#include "tribo_arithmetic.h"
 
 const size_t fmu_door_size = sizeof(movable_axis_t);
 
-static tribo_axis_f32_config_t config_of(const double fields[FIELD_COUNT])
+/// `sections` is room for them.
+static tribo_axis_controller_t controller_of(const double fields[FIELD_COUNT], tribo_biquad_f32_section_t *sections)
+{
+    (void)fields, (void)sections;
+#ifdef FMU_CONTROLLER_PI
+    return tribo_pi((float)fields[FIELD_kp], (float)fields[FIELD_ki_per_s]);
+#elif defined(FMU_CONTROLLER_SECTIONS)
+    for (unsigned i = 0; i < FMU_SECTIONS; i++)
+    {
+        const double *const x = &fields[FIELD_sections_0_b0 + 5u * i];
+        sections[i] = (tribo_biquad_f32_section_t){(float)x[0], (float)x[1], (float)x[2], (float)x[3], (float)x[4]};
+    }
+    return tribo_sections(sections, FMU_SECTIONS);
+#elif defined(FMU_CONTROLLER_PAPER)
+    return tribo_paper();
+#else
+    return tribo_own();
+#endif
+}
+
+static tribo_axis_f32_config_t config_of(const double fields[FIELD_COUNT], tribo_biquad_f32_section_t *sections)
 {
     tribo_axis_f32_config_t config = tribo_axis_f32_config();
     config.sample_time_s           = (float)fields[FIELD_sample_time_s];
@@ -24,33 +46,54 @@ static tribo_axis_f32_config_t config_of(const double fields[FIELD_COUNT])
 
     config.feedforward.actuator_pole_rad_per_s = (float)fields[FIELD_actuator_pole_rad_per_s];
     config.feedforward.sensor_pole_rad_per_s   = (float)fields[FIELD_sensor_pole_rad_per_s];
-    config.controller                          = tribo_pi((float)fields[FIELD_kp], (float)fields[FIELD_ki_per_s]);
+    config.controller                          = controller_of(fields, sections);
     return config;
+}
+
+static float full_scale_n(const double fields[FIELD_COUNT])
+{
+    (void)fields;
+    return TRIBO_EITHER(0.0f, (float)fields[FIELD_full_scale_n]);
 }
 
 tribo_status_t fmu_door_start(void *door, const double fields[FIELD_COUNT])
 {
-    const tribo_axis_f32_config_t config = config_of(fields);
-    return movable_axis_init(door, &config, 0.0f);
+    tribo_biquad_f32_section_t    sections[TRIBO_BIQUAD_SECTIONS_MAX];
+    const tribo_axis_f32_config_t config = config_of(fields, sections);
+    return movable_axis_init(door, &config, full_scale_n(fields));
 }
 
 tribo_status_t fmu_door_change(void *door, const double fields[FIELD_COUNT])
 {
-    const tribo_axis_f32_config_t config = config_of(fields);
+    tribo_biquad_f32_section_t    sections[TRIBO_BIQUAD_SECTIONS_MAX];
+    const tribo_axis_f32_config_t config = config_of(fields, sections);
     return movable_axis_change(door, &config);
 }
 
 void fmu_door_tick(void *door, double signals[SIGNAL_COUNT])
 {
-    tribo_axis_f32_t *const axis = movable_axis_here(door);
-    signals[SIGNAL_u_n] = (double)tribo_axis_f32_step(axis, (float)signals[SIGNAL_r_n], (float)signals[SIGNAL_y_n]);
+    TRIBO(axis, t) *const axis   = movable_axis_here(door);
+    const double          full_n = (double)axis->params.full_scale_n;
+    const tribo_force_t   r      = tribo_force_of_n(signals[SIGNAL_r_n], full_n);
+    const tribo_force_t   y      = tribo_force_of_n(signals[SIGNAL_y_n], full_n);
+#ifdef FMU_CONTROLLER_OWN
+    signals[SIGNAL_e_n]      = tribo_force_n(TRIBO(axis, error)(axis, r, y), full_n);
+    const tribo_force_t v    = tribo_force_of_n(signals[SIGNAL_v_n], full_n);
+    signals[SIGNAL_u_n]      = tribo_force_n(TRIBO(axis, command)(axis, v), full_n);
+    signals[SIGNAL_excess_n] = tribo_force_n(TRIBO(axis, excess)(axis), full_n);
+#else
+    signals[SIGNAL_u_n] = tribo_force_n(TRIBO(axis, step)(axis, r, y), full_n);
+#endif
+#if TRIBO_IS_Q31
+    (void)tribo_axis_q31_learn(axis);
+#endif
     movable_axis_ran(door);
 }
 
 void fmu_door_report(void *door, double signals[SIGNAL_COUNT])
 {
     tribo_axis_report_t report;
-    tribo_axis_f32_report(movable_axis_here(door), &report);
+    TRIBO(axis, report)(movable_axis_here(door), &report);
     signals[SIGNAL_breakaway_positive_n] = (double)report.breakaway_n[0];
     signals[SIGNAL_breakaway_negative_n] = (double)report.breakaway_n[1];
     signals[SIGNAL_low_positive_n]       = (double)report.low_n[0];
@@ -67,5 +110,5 @@ void fmu_door_report(void *door, double signals[SIGNAL_COUNT])
 
 void fmu_door_restore(void *door)
 {
-    tribo_axis_f32_restore(movable_axis_here(door));
+    TRIBO(axis, restore)(movable_axis_here(door));
 }

@@ -27,6 +27,7 @@ const char *const fmu_token = FMU_TOKEN;
 typedef struct
 {
     bool   is_started, was_restored;
+    bool   is_stale; ///< outputs are of other values or inputs
     double values[FIELD_COUNT];
     double signals[SIGNAL_COUNT];
 } state_t;
@@ -35,6 +36,7 @@ struct fmu_model
 {
     state_t        now;
     void          *door;
+    void          *ahead; ///< room for one more
     common_error_t error;
 };
 
@@ -56,14 +58,17 @@ void fmu_model_reset(fmu_model_t *model)
 fmu_model_t *fmu_model_create(void)
 {
     fmu_model_t *model = calloc(1, sizeof *model);
-    void        *door  = calloc(1, fmu_door_size);
-    if (model == NULL || door == NULL)
+    if (model == NULL)
     {
-        free(model);
-        free(door);
         return NULL;
     }
-    model->door = door;
+    model->door  = calloc(1, fmu_door_size);
+    model->ahead = calloc(1, fmu_door_size);
+    if (model->door == NULL || model->ahead == NULL)
+    {
+        fmu_model_destroy(model);
+        return NULL;
+    }
     fmu_model_reset(model);
     return model;
 }
@@ -71,6 +76,7 @@ fmu_model_t *fmu_model_create(void)
 void fmu_model_destroy(fmu_model_t *model)
 {
     free(model->door);
+    free(model->ahead);
     free(model);
 }
 
@@ -97,6 +103,7 @@ bool fmu_model_start(fmu_model_t *model)
 {
     const fenv_t before   = enter();
     model->now.is_started = refused(model, fmu_door_start(model->door, model->now.values));
+    model->now.is_stale   = model->now.is_started;
     (void)fesetenv(&before);
     return model->now.is_started;
 }
@@ -149,7 +156,8 @@ static bool set(fmu_model_t *model, const unsigned *variables, size_t count, con
     {
         return false;
     }
-    model->now = next;
+    next.is_stale = next.is_started;
+    model->now    = next;
     return true;
 }
 
@@ -161,8 +169,32 @@ bool fmu_model_set(fmu_model_t *model, const unsigned *variables, size_t count, 
     return ok;
 }
 
+/// Opens latches as `restore` rises.
+static void restore(const state_t *now, void *door)
+{
+    if (now->signals[SIGNAL_restore] > 0.5 && !now->was_restored)
+    {
+        fmu_door_restore(door);
+    }
+}
+
+/// Outputs of the tick that a step would play now.
+static void look_ahead(fmu_model_t *model)
+{
+    const fenv_t before = enter();
+    memcpy(model->ahead, model->door, fmu_door_size);
+    restore(&model->now, model->ahead);
+    fmu_door_tick(model->ahead, model->now.signals);
+    model->now.is_stale = false;
+    (void)fesetenv(&before);
+}
+
 bool fmu_model_get(fmu_model_t *model, unsigned variable, double *value)
 {
+    if (FMU_DIRECT && model->now.is_stale && variable >= FMU_COLUMNS)
+    {
+        look_ahead(model);
+    }
     if (variable < FIELD_COUNT)
     {
         *value = model->now.values[variable];
@@ -200,13 +232,10 @@ bool fmu_model_step(fmu_model_t *model, double t_s, double step_s)
                                 step_s,
                                 h);
     }
-    const fenv_t before   = enter();
-    const bool   restores = now->signals[SIGNAL_restore] > 0.5;
-    if (restores && !now->was_restored)
-    {
-        fmu_door_restore(model->door);
-    }
-    now->was_restored = restores;
+    const fenv_t before = enter();
+    restore(now, model->door);
+    now->was_restored = now->signals[SIGNAL_restore] > 0.5;
+    now->is_stale     = false;
     for (double i = 0.0; i < ticks; i += 1.0)
     {
         fmu_door_tick(model->door, now->signals);

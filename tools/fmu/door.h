@@ -1,7 +1,8 @@
 /// A door of the library inside an FMU: the force axis (axis.c) or the joint without a force sensor (joint.c). door.c is what both share.
 ///
 /// values.h, made by tools/tribo-fmu, has FMU_FIELDS, a row FIELD(symbol, name, low, high, start, is_tunable) for each parameter; FMU_SIGNALS,
-/// a row SIGNAL(name) for the time, each input and each output; FMU_INPUTS, how many inputs; and FMU_TOKEN.
+/// a row SIGNAL(name) for the time, each input and each output; FMU_INPUTS, how many inputs; FMU_DIRECT, 1 where outputs of a tick follow the
+/// inputs before the step; and FMU_TOKEN. In Q31 it defines TRIBO_ARITHMETIC_Q31.
 
 #ifndef FMU_DOOR_H
 #define FMU_DOOR_H

@@ -2,9 +2,14 @@
 
 #include "door.h"
 
-#include "tribo/joint_f32.h"
+#include "loop/joint_inputs.h"
+#include "tribo_arithmetic.h"
 
-const size_t fmu_door_size = sizeof(tribo_joint_f32_t);
+#include "tribo/joint_q31.h"
+
+typedef TRIBO(joint, t) joint_t;
+
+const size_t fmu_door_size = sizeof(joint_t);
 
 tribo_status_t fmu_door_start(void *door, const double fields[FIELD_COUNT])
 {
@@ -14,28 +19,71 @@ tribo_status_t fmu_door_start(void *door, const double fields[FIELD_COUNT])
                                          .breakaway               = (float)fields[FIELD_breakaway],
                                          .actuator_pole_rad_per_s = (float)fields[FIELD_actuator_pole_rad_per_s],
                                          .gain                    = (float)fields[FIELD_gain]};
-    return tribo_joint_f32_init(door, &config);
+    return TRIBO(joint, init)(door, &config);
 }
 
 tribo_status_t fmu_door_change(void *door, const double fields[FIELD_COUNT])
 {
-    return tribo_joint_f32_gain(door, (float)fields[FIELD_gain]);
+    return TRIBO(joint, gain)(door, (float)fields[FIELD_gain]);
 }
+
+#if TRIBO_IS_Q31
+
+/// Full scale of efforts is effort_max.
+static double unit_of(const joint_t *joint)
+{
+    return (double)joint->params.unit;
+}
+
+static tribo_force_t effort_of(const joint_t *joint, double effort, int32_t otherwise)
+{
+    return common_joint_effort(effort, unit_of(joint), otherwise);
+}
+
+static tribo_force_t position_of(double q, int32_t before)
+{
+    return common_joint_counts(q, before);
+}
+
+#else
+
+static double unit_of(const joint_t *joint)
+{
+    (void)joint;
+    return 1.0;
+}
+
+/// The library counts what is no number.
+static tribo_force_t effort_of(const joint_t *joint, double effort, float otherwise)
+{
+    (void)joint, (void)otherwise;
+    return (float)effort;
+}
+
+static tribo_force_t position_of(double q, float before)
+{
+    (void)before;
+    return (float)q;
+}
+
+#endif
 
 void fmu_door_tick(void *door, double signals[SIGNAL_COUNT])
 {
-    tribo_joint_f32_load(door, (float)signals[SIGNAL_load]);
-    signals[SIGNAL_u] = (double)tribo_joint_f32_step(door,
-                                                     (float)signals[SIGNAL_effort],
-                                                     (float)signals[SIGNAL_q_ref],
-                                                     (float)signals[SIGNAL_q]);
+    joint_t *const joint = door;
+    TRIBO(joint, load)(joint, effort_of(joint, signals[SIGNAL_load], joint->load));
+    const tribo_force_t u = TRIBO(joint, step)(joint,
+                                               effort_of(joint, signals[SIGNAL_effort], 0),
+                                               position_of(signals[SIGNAL_q_ref], joint->q_ref),
+                                               position_of(signals[SIGNAL_q], joint->q));
+    signals[SIGNAL_u]     = tribo_force_n(u, unit_of(joint));
 }
 
 void fmu_door_report(void *door, double signals[SIGNAL_COUNT])
 {
     tribo_joint_report_t report;
-    tribo_joint_f32_report(door, &report);
-    const tribo_joint_force_t force = tribo_joint_f32_force(door);
+    TRIBO(joint, report)(door, &report);
+    const tribo_joint_force_t force = TRIBO(joint, force)(door);
     signals[SIGNAL_friction]        = (double)report.friction;
     signals[SIGNAL_friction_low]    = (double)report.low;
     signals[SIGNAL_friction_high]   = (double)report.high;
@@ -52,5 +100,5 @@ void fmu_door_report(void *door, double signals[SIGNAL_COUNT])
 
 void fmu_door_restore(void *door)
 {
-    tribo_joint_f32_restore(door);
+    TRIBO(joint, restore)(door);
 }

@@ -1,0 +1,22 @@
+/// What a joint in Q31 reads, from numbers of a host.
+
+#ifndef COMMON_JOINT_INPUTS_H
+#define COMMON_JOINT_INPUTS_H
+
+#include "tribo_arithmetic.h"
+
+#include <math.h>
+
+/// Counts of an encoder, which wrap at 32 bits. What is no number is `before`.
+static inline int32_t common_joint_counts(double q, int32_t before)
+{
+    return isfinite(q) ? (int32_t)(uint32_t)(int64_t)fmod(floor(q), 4294967296.0) : before;
+}
+
+/// An effort in Q31 of the largest. What is no number is `otherwise`.
+static inline int32_t common_joint_effort(double effort, double effort_max, int32_t otherwise)
+{
+    return isnan(effort) ? otherwise : tribo_q31_of_n(effort, effort_max);
+}
+
+#endif
