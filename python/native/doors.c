@@ -4,12 +4,12 @@
 
 #include "error.h"
 
+#include "loop/joint_inputs.h"
 #include "tribo_arithmetic.h"
 
 #include "tribo/axis_q31.h"
 #include "tribo/joint_q31.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,6 +22,9 @@ struct native_axis
     tribo_axis_f32_t    f32;
     tribo_axis_q31_t    fixed;
     tribo_axis_report_t report;
+
+    tribo_axis_f32_params_t f32_next; ///< room for params while the axis' own are those of the last tick
+    tribo_axis_q31_params_t fixed_next;
 };
 
 static tribo_axis_controller_t controller_of(const char                       *kind,
@@ -44,20 +47,13 @@ static tribo_axis_controller_t controller_of(const char                       *k
     return strcmp(kind, "own") == 0 ? tribo_own() : (tribo_axis_controller_t){.kind = TRIBO_CONTROLLER_NONE};
 }
 
-native_axis_t *native_axis_new(bool            q31,
-                               const float     numbers[17],
-                               const char     *kind,
-                               const float    *sections,
-                               unsigned        count,
-                               native_error_t *error)
+/// `own` is room for the sections.
+static tribo_axis_f32_config_t config_of(const float                numbers[17],
+                                         const char                *kind,
+                                         const float               *sections,
+                                         unsigned                   count,
+                                         tribo_biquad_f32_section_t own[TRIBO_BIQUAD_SECTIONS_MAX])
 {
-    tribo_biquad_f32_section_t own[TRIBO_BIQUAD_SECTIONS_MAX] = {{0}};
-    native_axis_t *const       axis                           = calloc(1, sizeof *axis);
-    if (axis == NULL)
-    {
-        native_error_say(error, "", "no memory");
-        return NULL;
-    }
     const unsigned known = count < TRIBO_BIQUAD_SECTIONS_MAX ? count : TRIBO_BIQUAD_SECTIONS_MAX;
     for (unsigned i = 0; i < known; i++)
     {
@@ -78,8 +74,26 @@ native_axis_t *native_axis_new(bool            q31,
     config.feedforward.actuator_pole_rad_per_s = numbers[12];
     config.feedforward.sensor_pole_rad_per_s   = numbers[13];
     config.controller                          = controller_of(kind, numbers, own, count);
-    axis->q31                                  = q31;
-    axis->full_scale_n                         = (double)numbers[16];
+    return config;
+}
+
+native_axis_t *native_axis_new(bool            q31,
+                               const float     numbers[17],
+                               const char     *kind,
+                               const float    *sections,
+                               unsigned        count,
+                               native_error_t *error)
+{
+    native_axis_t *const axis = calloc(1, sizeof *axis);
+    if (axis == NULL)
+    {
+        native_error_say(error, "", "no memory");
+        return NULL;
+    }
+    tribo_biquad_f32_section_t    own[TRIBO_BIQUAD_SECTIONS_MAX] = {{0}};
+    const tribo_axis_f32_config_t config                         = config_of(numbers, kind, sections, count, own);
+    axis->q31                                                    = q31;
+    axis->full_scale_n                                           = (double)numbers[16];
     const tribo_status_t status =
         q31 ? tribo_axis_q31_init(&axis->fixed, &config, numbers[16]) : tribo_axis_f32_init(&axis->f32, &config);
     if (status != TRIBO_OK)
@@ -91,17 +105,57 @@ native_axis_t *native_axis_new(bool            q31,
     return axis;
 }
 
+/// Params of the last tick stay: the others are made anew.
+static tribo_status_t change(native_axis_t *axis, const tribo_axis_f32_config_t *config)
+{
+    if (axis->q31)
+    {
+        tribo_axis_q31_t *const        own  = &axis->fixed;
+        tribo_axis_q31_params_t *const next = own->loop.active == &own->params.loop ? &axis->fixed_next : &own->params;
+        const tribo_status_t           status = tribo_axis_q31_prepare(next, config, (float)axis->full_scale_n);
+        return status == TRIBO_OK ? tribo_axis_q31_change(own, next) : status;
+    }
+    tribo_axis_f32_t *const        own    = &axis->f32;
+    tribo_axis_f32_params_t *const next   = own->loop.active == &own->params.loop ? &axis->f32_next : &own->params;
+    const tribo_status_t           status = tribo_axis_f32_prepare(next, config);
+    return status == TRIBO_OK ? tribo_axis_f32_change(own, next) : status;
+}
+
+bool native_axis_change(native_axis_t  *axis,
+                        const float     numbers[17],
+                        const char     *kind,
+                        const float    *sections,
+                        unsigned        count,
+                        native_error_t *error)
+{
+    tribo_biquad_f32_section_t    own[TRIBO_BIQUAD_SECTIONS_MAX] = {{0}};
+    const tribo_axis_f32_config_t config                         = config_of(numbers, kind, sections, count, own);
+    const tribo_status_t          status                         = change(axis, &config);
+    if (status != TRIBO_OK)
+    {
+        native_error_status(error, status);
+    }
+    return status == TRIBO_OK;
+}
+
 void native_axis_delete(native_axis_t *axis)
 {
     free(axis);
+}
+
+/// A tick in Q31 leaves learning to the background, which is here.
+static double learned_from(native_axis_t *axis, int32_t u)
+{
+    (void)tribo_axis_q31_learn(&axis->fixed);
+    return tribo_n_of_q31(u, axis->full_scale_n);
 }
 
 static double axis_step(native_axis_t *axis, double r_n, double y_n)
 {
     const double full = axis->full_scale_n;
     return axis->q31
-               ? tribo_n_of_q31(tribo_axis_q31_step(&axis->fixed, tribo_q31_of_n(r_n, full), tribo_q31_of_n(y_n, full)),
-                                full)
+               ? learned_from(axis,
+                              tribo_axis_q31_step(&axis->fixed, tribo_q31_of_n(r_n, full), tribo_q31_of_n(y_n, full)))
                : (double)tribo_axis_f32_step(&axis->f32, (float)r_n, (float)y_n);
 }
 
@@ -125,7 +179,7 @@ double native_axis_error(native_axis_t *axis, double r_n, double y_n)
 double native_axis_command(native_axis_t *axis, double v_n)
 {
     const double full = axis->full_scale_n;
-    return axis->q31 ? tribo_n_of_q31(tribo_axis_q31_command(&axis->fixed, tribo_q31_of_n(v_n, full)), full)
+    return axis->q31 ? learned_from(axis, tribo_axis_q31_command(&axis->fixed, tribo_q31_of_n(v_n, full)))
                      : (double)tribo_axis_f32_command(&axis->f32, (float)v_n);
 }
 
@@ -258,12 +312,6 @@ void native_joint_delete(native_joint_t *joint)
     free(joint);
 }
 
-/// Counts, which wrap at 32 bits. What is no number is where the joint was.
-static int32_t counts_of(double q, int32_t before)
-{
-    return isfinite(q) ? (int32_t)(uint32_t)(int64_t)fmod(floor(q), 4294967296.0) : before;
-}
-
 void native_joint_play(native_joint_t *joint,
                        const double   *effort,
                        const double   *q_ref,
@@ -276,10 +324,12 @@ void native_joint_play(native_joint_t *joint,
     {
         if (joint->q31)
         {
-            tribo_joint_q31_t *const x     = &joint->fixed;
-            const int32_t            given = isnan(effort[i]) ? 0 : tribo_q31_of_n(effort[i], full);
-            u[i] = tribo_n_of_q31(tribo_joint_q31_step(x, given, counts_of(q_ref[i], x->q_ref), counts_of(q[i], x->q)),
-                                  full);
+            tribo_joint_q31_t *const x    = &joint->fixed;
+            const int32_t            made = tribo_joint_q31_step(x,
+                                                      common_joint_effort(effort[i], full, 0),
+                                                      common_joint_counts(q_ref[i], x->q_ref),
+                                                      common_joint_counts(q[i], x->q));
+            u[i]                          = tribo_n_of_q31(made, full);
         }
         else
         {
@@ -292,7 +342,7 @@ void native_joint_load(native_joint_t *joint, double load)
 {
     if (joint->q31)
     {
-        tribo_joint_q31_load(&joint->fixed, isnan(load) ? joint->fixed.load : tribo_q31_of_n(load, joint->effort_max));
+        tribo_joint_q31_load(&joint->fixed, common_joint_effort(load, joint->effort_max, joint->fixed.load));
         return;
     }
     tribo_joint_f32_load(&joint->f32, (float)load);

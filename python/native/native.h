@@ -135,11 +135,19 @@ native_axis_t *native_axis_new(bool            q31,
                                unsigned        count,
                                native_error_t *error);
 void           native_axis_delete(native_axis_t *axis);
-void           native_axis_play(native_axis_t *axis, const double *r_n, const double *y_n, size_t count, double *u_n);
-double         native_axis_error(native_axis_t *axis, double r_n, double y_n);
-double         native_axis_command(native_axis_t *axis, double v_n);
-double         native_axis_excess(const native_axis_t *axis);
-void           native_axis_restore(native_axis_t *axis);
+
+/// Other numbers from the next tick on; the sample time and the full scale are those of the start. False: nothing has changed.
+bool   native_axis_change(native_axis_t  *axis,
+                          const float     numbers[17],
+                          const char     *kind,
+                          const float    *sections,
+                          unsigned        count,
+                          native_error_t *error);
+void   native_axis_play(native_axis_t *axis, const double *r_n, const double *y_n, size_t count, double *u_n);
+double native_axis_error(native_axis_t *axis, double r_n, double y_n);
+double native_axis_command(native_axis_t *axis, double v_n);
+double native_axis_excess(const native_axis_t *axis);
+void   native_axis_restore(native_axis_t *axis);
 
 /// Learned breakaway, low, high (positive, negative each), travel, times_less, share, bad_inputs, limited_ticks, forgotten. Then the warnings, one by one:
 /// null behind the last.

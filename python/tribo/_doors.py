@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal, TypedDict, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -50,6 +50,46 @@ class AxisReport:
     warnings: tuple[str, ...]
 
 
+class AxisChanges(TypedDict, total=False):
+    """What an axis takes while it runs."""
+
+    u_min_N: float
+    u_max_N: float
+    offset_N: float
+    slope: float
+    actuator_pole_rad_per_s: float
+    sensor_pole_rad_per_s: float
+    kp: float
+    ki_per_s: float
+    sections: npt.ArrayLike
+    controller: Literal["paper", "own"]
+    negative_offset_N: float
+    negative_slope: float
+    input_max_N: float
+    usual_force_N: float
+    gravity_N: float
+    arm_lag_s: float
+    noise_N: float
+
+
+_NUMBERS = ("sample_time_s", "u_min_N", "u_max_N", "input_max_N", "usual_force_N", "offset_N", "slope", "negative_offset_N", "negative_slope",
+            "gravity_N", "arm_lag_s", "noise_N", "actuator_pole_rad_per_s", "sensor_pole_rad_per_s", "kp", "ki_per_s", "full_scale_N")  # fmt: skip
+
+
+def _config(x: dict[str, Any]) -> tuple[object, ...]:
+    """An axis' keywords as the native calls take them."""
+    has_gains = x["kp"] is not None or x["ki_per_s"] is not None
+    if has_gains + (x["sections"] is not None) + (x["controller"] is not None) != 1:
+        raise ValueError("one controller: kp and ki_per_s, sections, or controller='paper' or 'own'")
+    if x["controller"] not in (None, "paper", "own"):
+        raise ValueError(f"controller={x['controller']!r}: there are paper and own")
+    rows = np.ascontiguousarray(np.empty((0, 5)) if x["sections"] is None else x["sections"], np.float32)
+    if rows.ndim != 2 or rows.shape[1] != 5:
+        raise ValueError("sections: rows of b0, b1, b2, a1, a2")
+    kind = "pi" if has_gains else x["controller"] or "sections"
+    return [x[name] or 0.0 for name in _NUMBERS], kind.encode(), ffi.from_buffer("float *", rows) if rows.size else ffi.NULL, len(rows)
+
+
 class Axis:
     """A force axis: loop, feed-forward and guard. Breakaway is offset_N + slope |F|; negative ones that are left out are as the positive.
 
@@ -85,25 +125,32 @@ class Axis:
         full_scale_N: float = 0.0,
         arith: Arithmetic = "f32",
     ) -> None:
-        has_gains = kp is not None or ki_per_s is not None
-        if has_gains + (sections is not None) + (controller is not None) != 1:
-            raise ValueError("one controller: kp and ki_per_s, sections, or controller='paper' or 'own'")
-        if controller not in (None, "paper", "own"):
-            raise ValueError(f"controller={controller!r}: there are paper and own")
-        rows = np.ascontiguousarray(np.empty((0, 5)) if sections is None else sections, np.float32)
-        if rows.ndim != 2 or rows.shape[1] != 5:
-            raise ValueError("sections: rows of b0, b1, b2, a1, a2")
-        full = full_scale_N or 4.0 * max(abs(u_min_N), abs(u_max_N))
-        rig = (sample_time_s, u_min_N, u_max_N, input_max_N, usual_force_N, offset_N, slope, negative_offset_N, negative_slope, gravity_N, arm_lag_s, noise_N)
-        numbers = (*rig, actuator_pole_rad_per_s, sensor_pole_rad_per_s, kp or 0.0, ki_per_s or 0.0, full)
-        kind = "pi" if has_gains else controller or "sections"
+        given = locals()
+        self._keywords: dict[str, Any] = {name: x for name, x in given.items() if name not in ("self", "arith")}
+        self._keywords["full_scale_N"] = full_scale_N or 4.0 * max(abs(u_min_N), abs(u_max_N))
         error = new_error()
-        made = lib.native_axis_new(_arithmetic(arith), numbers, kind.encode(), ffi.from_buffer("float *", rows) if rows.size else ffi.NULL, len(rows), error)
+        made = lib.native_axis_new(_arithmetic(arith), *_config(self._keywords), error)
         if made == ffi.NULL:
             raise raised(error)
         self._axis = ffi.gc(made, lib.native_axis_delete)
         self.arith = arith
         self.sample_time_s = sample_time_s
+
+    def change(self, **keywords: Unpack[AxisChanges]) -> None:
+        """Other keywords from the next tick on: u does not jump, and what is learned stays. A refusal changes nothing."""
+        unknown = sorted(set(keywords) - set(AxisChanges.__annotations__))
+        if unknown:
+            raise TypeError(f"change() got an unexpected keyword argument {unknown[0]!r}")
+        others = {"kp", "ki_per_s", "sections", "controller"}
+        if {"sections", "controller"} & set(keywords):
+            dropped = others
+        else:
+            dropped = {"sections", "controller"} if others & set(keywords) else set()
+        changed = {name: None if name in dropped else x for name, x in self._keywords.items()} | keywords
+        error = new_error()
+        if not lib.native_axis_change(self._axis, *_config(changed), error):
+            raise raised(error)
+        self._keywords = changed
 
     def step(self, r_N: float, y_N: float) -> float:
         """One tick: reference and reading give u."""

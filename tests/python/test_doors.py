@@ -42,6 +42,7 @@ def test_an_axis_takes_friction_out_and_says_what_it_learned(arith):
     assert error_of(axis.step) < 2e-3
     report = axis.report()
     truth = 0.03 + 0.3 * 0.25
+    assert report.breakaway_N == pytest.approx((truth, truth), rel=0.05)
     assert all(low < truth < high for low, high in zip(report.low_N, report.high_N))
     assert report.times_less > 2 and report.share == pytest.approx(1) and report.warnings == () and report.bad_inputs == 0
 
@@ -78,6 +79,39 @@ def test_a_controller_of_ones_own(arith):
     assert error_of(tick) < 2e-3
     axis.error(0.0, 0.0)
     assert axis.command(3.0) == pytest.approx(1.0) and axis.excess_N < -1.0
+
+
+@pytest.mark.parametrize("arith", ARITHMETICS)
+def test_an_axis_is_changed_while_it_runs(arith):
+    axis = tribo.Axis(**RIG, kp=0.5, ki_per_s=27.0, arith=arith)
+    assert error_of(axis.step, 2) < 5e-3
+    last, learned = axis.steps([0.3] * 9, 0.1)[-1], axis.report().breakaway_N
+    for keywords in ({"kp": 0.2}, {"kp": 0.4, "ki_per_s": 20.0}, {"sections": [[0.6, 0.62, 0.02, 1.0, 0.0]]}, {"kp": 0.5, "ki_per_s": 27.0}):
+        axis.change(**keywords)
+        u = axis.step(0.3, 0.1)
+        assert u == pytest.approx(last, abs=0.02), keywords  # the integral goes on by 0.0054; of kp alone u would jump by 0.06
+        last = u
+        axis.change(u_max_N=0.9)
+        axis.change(u_max_N=1.0)  # twice before a tick
+    assert axis.report().breakaway_N == pytest.approx(learned, rel=0.02)
+    assert error_of(axis.step, 2) < 2e-3
+    with pytest.raises(tribo.StatusError, match="kp"):
+        axis.change(kp=-1.0)
+    with pytest.raises(ValueError, match="one controller"):
+        axis.change(kp=1.0, controller="own")
+    with pytest.raises(TypeError, match="sample_time_s"):
+        axis.change(sample_time_s=2e-3)
+    axis.change(u_max_N=0.05)
+    assert axis.step(0.9, 0.0) == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("arith", ARITHMETICS)
+def test_a_change_has_the_bits_of_an_axis_made_so(arith):
+    made, changed = tribo.Axis(**RIG, kp=0.7, ki_per_s=30.0, arith=arith), tribo.Axis(**RIG, kp=0.5, ki_per_s=27.0, arith=arith)
+    changed.change(kp=0.6, gravity_N=0.1)
+    changed.change(kp=0.7, ki_per_s=30.0, gravity_N=0.0)
+    r = 0.3 + 0.1 * np.sin(np.arange(200) * 0.05)
+    assert list(changed.steps(r, 0.9 * r)) == list(made.steps(r, 0.9 * r))
 
 
 @pytest.mark.parametrize("arith", ARITHMETICS)
