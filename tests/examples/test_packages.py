@@ -49,6 +49,13 @@ def _packages(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module", name="cargo")
+def _cargo(packages, tmp_path_factory):
+    """cargo in the crates, whose objects stay from test to test; and the folder of its programs."""
+    folder = tmp_path_factory.mktemp("cargo")
+    return (lambda *words: run("cargo", *words, "--offline", cwd=packages / "crates", env={**os.environ, "CARGO_TARGET_DIR": str(folder)})), folder
+
+
 def fused(objects):
     """Instructions that fuse a product and a sum."""
     return re.findall(r"\tvfn?m[as]\S*", run("arm-none-eabi-objdump", "-d", *objects))
@@ -170,19 +177,19 @@ def test_zephyrs_kconfig_has_its_symbol(packages):
 
 
 @pytest.mark.skipif(not shutil.which("cargo"), reason="no cargo: tools/setup all")
-def test_crates_pass_their_tests(packages, tmp_path):
-    run("cargo", "test", "--offline", cwd=packages / "crates", env={**os.environ, "CARGO_TARGET_DIR": str(tmp_path)})
+def test_crates_pass_their_tests(cargo):
+    cargo[0]("test")
 
 
 @pytest.mark.skipif(not shutil.which("cargo"), reason="no cargo: tools/setup all")
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
-def test_crates_have_the_bits_of_the_librarys_own_calls(arithmetic, packages, tmp_path):
+def test_crates_have_the_bits_of_the_librarys_own_calls(arithmetic, packages, cargo, tmp_path):
     """Axis with each controller, tuned and moved while it runs, and joint."""
     is_q31 = arithmetic == "q31"
     examples = packages / "crates" / "tribo" / "examples"
     examples.mkdir(exist_ok=True)
     shutil.copy(ROOT / "tests" / "examples" / "doors.rs", examples)
-    run("cargo", "build", "--offline", "--example", "doors", cwd=packages / "crates", env={**os.environ, "CARGO_TARGET_DIR": str(tmp_path)})
+    cargo[0]("build", "--example", "doors")
     of_the_library = doors.build(tmp_path, is_q31)
 
     def words(row, full_scale):
@@ -205,15 +212,14 @@ def test_crates_have_the_bits_of_the_librarys_own_calls(arithmetic, packages, tm
                               (["joint"], swing)):
         expected = of_the_library(arguments, played)
         assert len(expected) == len(played) and len(set(expected)) > 1000
-        assert doors.played([tmp_path / "debug" / "examples" / "doors", arithmetic, *arguments], played) == expected, arguments
+        assert doors.played([cargo[1] / "debug" / "examples" / "doors", arithmetic, *arguments], played) == expected, arguments
 
 
 @pytest.mark.skipif(not shutil.which("rustc"), reason="no rustc: tools/setup all")
-def test_crates_build_for_the_cortex_m4f(packages, tmp_path):
+def test_crates_build_for_the_cortex_m4f(cargo):
     target = "thumbv7em-none-eabihf"
     if not pathlib.Path(run("rustc", "--print", "target-libdir", "--target", target).strip()).exists():
         pytest.skip(f"rustc has no {target}: rustup target add {target}")
-    run("cargo", "build", "--offline", "--release", "--target", target, cwd=packages / "crates",
-        env={**os.environ, "CARGO_TARGET_DIR": str(tmp_path)})
-    assert list(tmp_path.rglob("libtribo-*.rlib"))
+    cargo[0]("build", "--release", "--target", target)
+    assert list((cargo[1] / target).rglob("libtribo-*.rlib"))
 
