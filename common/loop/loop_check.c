@@ -89,6 +89,29 @@ bool common_check_friction(const common_scenario_t        *scenario,
     return true;
 }
 
+static bool check_pi(const common_scenario_t *scenario, common_error_t *error)
+{
+    static const char *const        gains[] = {"controller.kp", "controller.ki_per_s"};
+    const common_loop_keys_t *const keys    = common_scenario_loop(scenario);
+    if (keys->controller.kind != COMMON_CONTROLLER_PI)
+    {
+        for (size_t i = 0; i < sizeof gains / sizeof gains[0]; i++)
+        {
+            if (common_scenario_has(scenario, gains[i]))
+            {
+                return common_check_complain(scenario, gains[i], "goes with controller.kind pi alone", error);
+            }
+        }
+        return true;
+    }
+    if (!common_scenario_has(scenario, gains[0]))
+    {
+        return common_check_complain(scenario, gains[0], "is missing, controller.kind is pi", error);
+    }
+    return keys->controller.ki_per_s * keys->sample_time_s <= 2.0 * keys->controller.kp ||
+           common_check_complain(scenario, gains[1], "times sample_time_s must be at most 2 controller.kp", error);
+}
+
 static bool check_controller(const common_scenario_t *scenario, common_error_t *error)
 {
     const common_loop_keys_t *config = common_scenario_loop(scenario);
@@ -108,6 +131,10 @@ static bool check_controller(const common_scenario_t *scenario, common_error_t *
                                      "controller.sections",
                                      "is missing, controller.kind is z or delta",
                                      error);
+    }
+    if (!check_pi(scenario, error))
+    {
+        return false;
     }
     if (paper && fabs(config->sample_time_s - 1e-3) > 1e-9)
     {

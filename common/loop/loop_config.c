@@ -67,6 +67,13 @@ static void fill_controller(common_loop_config_t *loop, const common_loop_keys_t
             keys->controller.kind == COMMON_CONTROLLER_PAPER ? TRIBO_PAPER_CONTROLLER_SECTION_COUNT : 1;
         return;
     }
+    if (keys->controller.kind == COMMON_CONTROLLER_PI)
+    {
+        const tribo_pi_t pi       = {(float)keys->controller.kp, (float)keys->controller.ki_per_s};
+        loop->sections[0]         = tribo_pi_f32_section(&pi, loop->config.sample_time_s);
+        controller->section_count = 1;
+        return;
+    }
     controller->section_count = keys->controller.section_count;
     for (unsigned i = 0; i < keys->controller.section_count && i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
     {

@@ -66,10 +66,12 @@ static const common_key_t section_keys[] = {
 #undef T
     END};
 
-static const char *const controller_kinds[] = {[COMMON_CONTROLLER_PAPER] = "paper", [COMMON_CONTROLLER_Z] = "z", [COMMON_CONTROLLER_DELTA] = "delta", [COMMON_CONTROLLER_NONE] = "none", NULL};
+static const char *const controller_kinds[] = {[COMMON_CONTROLLER_PAPER] = "paper", [COMMON_CONTROLLER_PI] = "pi", [COMMON_CONTROLLER_Z] = "z", [COMMON_CONTROLLER_DELTA] = "delta", [COMMON_CONTROLLER_NONE] = "none", NULL};
 
 const common_key_t common_controller_keys[] = {
-    CHOICE("kind", AT(common_controller_config_t, kind), controller_kinds, 0.0, "`paper`: tribo/paper_controller.h, at 1 ms only; `z`, `delta`: `sections` in z⁻¹ or in z − 1; `none`: open loop, u is r within the limits"),
+    CHOICE("kind", AT(common_controller_config_t, kind), controller_kinds, 0.0, "`paper`: tribo/paper_controller.h, at 1 ms only; `pi`: `kp` and `ki_per_s`; `z`, `delta`: `sections` in z⁻¹ or in z − 1; `none`: open loop, u is r within the limits"),
+    NUMBER("kp",       AT(common_controller_config_t, kp),       RANGE("-", 1e-6, 1e5, 1.0),  "pi: newtons of u per newton of error"),
+    NUMBER("ki_per_s", AT(common_controller_config_t, ki_per_s), RANGE("1/s", 0.0, 1e5, 0.0), "pi: newtons of u per newton of error and second; times `sample_time_s` at most 2 `kp`"),
     LIST("sections", common_controller_config_t, sections, section_count, COMMON_SECTIONS_MAX, section_keys,
          "1 to 4 second-order sections, the first nearest to the error"),
     END};

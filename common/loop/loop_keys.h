@@ -77,6 +77,7 @@ typedef struct
 typedef enum
 {
     COMMON_CONTROLLER_PAPER, ///< tribo/paper_controller.h
+    COMMON_CONTROLLER_PI,    ///< kp and ki_per_s
     COMMON_CONTROLLER_Z,     ///< sections in z^-1
     COMMON_CONTROLLER_DELTA, ///< sections in d = z - 1, as in tribo/controller_f32.h
     COMMON_CONTROLLER_NONE   ///< open loop: u is r within the limits
@@ -85,6 +86,7 @@ typedef enum
 typedef struct
 {
     common_controller_kind_t kind;
+    double                   kp, ki_per_s;
     common_section_t         sections[COMMON_SECTIONS_MAX];
     unsigned                 section_count;
 } common_controller_config_t;

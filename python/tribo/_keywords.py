@@ -84,7 +84,9 @@ class LoopKeys(TypedDict, total=False):
     jump_time_s: float
     k_max: float
     k_min: float
-    kind: Literal["paper", "z", "delta", "none"]
+    ki_per_s: float
+    kind: Literal["paper", "pi", "z", "delta", "none"]
+    kp: float
     m: float
     method: Literal["paper", "feedforward", "off"]
     negative_offset_N: float

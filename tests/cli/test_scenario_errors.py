@@ -66,7 +66,7 @@ MISTAKES = {
         "sensor:\n  noise_seed: 18446744073709551616",
         ":4: sensor.noise_seed: '18446744073709551616' is too large for a whole number",
     ),
-    "unknown controller": ("controller: {kind: pid}", ":3: controller.kind: 'pid' is not paper, z, delta or none"),
+    "unknown controller": ("controller: {kind: pid}", ":3: controller.kind: 'pid' is not paper, pi, z, delta or none, did you mean pi?"),
     "number for a word": ("plant: {model: 0}", ":3: plant.model: '0' is not MODELS"),
     "misspelt word": ("plant: {model: lugr}", ":3: plant.model: 'lugr' is not MODELS, did you mean lugre?"),
     "word with nothing of another": ("plant: {paper: {limited: ja}}", ":3: plant.paper.limited: 'ja' is not no or yes"),
@@ -157,6 +157,16 @@ MISTAKES = {
     "no sections": (
         "controller: {kind: delta}",
         ":3: controller.sections: is missing, controller.kind is z or delta",
+    ),
+    "a PI without its gain": ("controller: {kind: pi, ki_per_s: 3}", ":3: controller.kp: is missing, controller.kind is pi"),
+    "a gain without a PI": ("controller: {kp: 3}", ":3: controller.kp: goes with controller.kind pi alone"),
+    "sections with a PI": (
+        "controller: {kind: pi, kp: 3, sections: [" + SECTION + "]}",
+        ":3: controller.sections: go with controller.kind z or delta alone",
+    ),
+    "an integral too fast": (
+        "controller: {kind: pi, kp: 0.5, ki_per_s: 1001}",
+        ":3: controller.ki_per_s: times sample_time_s must be at most 2 controller.kp",
     ),
     "other sample time": (
         "sample_time_s: 0.002",

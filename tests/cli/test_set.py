@@ -33,6 +33,8 @@ def companions(key):
         return ["compensator.gain=0.5"]
     if key.startswith("compensator.guard."):
         return HUNTING
+    if key in ("controller.kp", "controller.ki_per_s"):
+        return ["controller.kind=pi", "controller.kp=2"]
     if key.startswith("controller.sections"):
         return ["controller.kind=z", SECTIONS]
     if ".table[" in key:
@@ -78,6 +80,7 @@ VALUES = {
     "sensor.delay_s": "0.0003",
     "sensor.noise_seed": "2",
     "controller.kind": "delta",
+    "ki_per_s": "20",
     "controller.sections": "[{b0: 2, b1: 0, b2: 0, a1: -0.5, a2: 0}]",
     "sections[].b0": "1.1",
     "sections[].b1": "0.1",
@@ -182,6 +185,18 @@ def test_set_reaches_every_key_and_every_key_has_an_effect(sim):
     assert without == []
 
 
+def test_a_pi_by_gains_is_its_section(sim):
+    """The bilinear rule by hand: (kp + ki h/2) + (ki h/2 - kp) z^-1 over 1 - z^-1."""
+    sim.write("moving.yaml", MOVING)
+    half = 0.5 * 40 * 0.001
+    section = f"controller={{kind: z, sections: [{{b0: {0.9 + half}, b1: {half - 0.9}, b2: 0, a1: -1, a2: 0}}]}}"
+    pi = ["controller.kind=pi", "controller.kp=0.9", "controller.ki_per_s=40"]
+    for arithmetic in ("f32", "q31"):
+        errors = [sim.summary("moving.yaml", *set_options(controller), "--arith", arithmetic)["rms_error_N"] for controller in ([section], pi, [*pi, "controller.ki_per_s=30"])]
+        assert errors[1] == pytest.approx(errors[0], rel=1e-4)
+        assert errors[2] > 1.02 * errors[0]
+
+
 def test_set_checks_the_range_of_every_number(sim):
     sim.write("x.yaml", SHORT)
     for key, (kind, allowed, _) in keys(sim).items():
@@ -245,7 +260,7 @@ MISTAKES = {
     "compensator.gain=1\nb: 2": "unknown key compensator.b",
     "compensator.gain={": "not valid YAML: did not find expected node content",
     "compensator=1": "compensator: a mapping is expected here, not a single value",
-    "controller.kind=pid": "controller.kind: 'pid' is not paper, z, delta or none",
+    "controller.kind=pid": "controller.kind: 'pid' is not paper, pi, z, delta or none, did you mean pi?",
     "controller.sections=[{b0: 1}]": "controller.sections[0].b1: is missing",
     "controller.sections[0].b0=1": "the list controller.sections has 0 elements, counted from 0",
     "controller.sections[0]=1": "controller.sections[0] is a whole element: set one of its keys, or the list",

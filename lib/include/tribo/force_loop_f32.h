@@ -145,6 +145,9 @@ static inline float tribo_force_loop_f32_usual_force_n(const tribo_force_loop_f3
     return config->usual_force_n > 0.0f ? config->usual_force_n : 0.25f * (up > down ? up : down);
 }
 
+/// Returns the section of a PI, integrated by the bilinear rule, for a drive that stores sections. Checks nothing.
+tribo_biquad_f32_section_t tribo_pi_f32_section(const tribo_pi_t *pi, float sample_time_s);
+
 /// Checks `config` field by field and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME,
 /// TRIBO_ERR_INPUT_MAX, TRIBO_ERR_GAIN, TRIBO_ERR_USUAL_FORCE, TRIBO_ERR_PI, TRIBO_ERR_CONTROLLER for sections together
 /// with a PI, a status of tribo_controller_f32_init, TRIBO_ERR_PAPER_SAMPLE_TIME for the paper's controller at another

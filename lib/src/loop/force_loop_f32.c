@@ -54,9 +54,9 @@ static bool is_papers(const tribo_controller_f32_config_t *config)
 
 /// The PI kp + ki h/2 (z + 1)/(z - 1) as a section in d = z - 1. Its second pole is at z = 0, where a zero cancels it.
 /// Without ki both poles are cancelled there.
-static tribo_biquad_f32_section_t pi_section(const tribo_pi_t *pi, float h)
+tribo_biquad_f32_section_t tribo_pi_f32_section(const tribo_pi_t *pi, float sample_time_s)
 {
-    const float step = pi->ki_per_s * h;
+    const float step = pi->ki_per_s * sample_time_s;
     const float b0   = pi->kp + 0.5f * step;
     return step > 0.0f ? (tribo_biquad_f32_section_t){.b0 = b0, .b1 = b0 + step, .b2 = step, .a1 = 1.0f}
                        : (tribo_biquad_f32_section_t){.b0 = b0, .b1 = b0, .b2 = 0.25f * b0, .a1 = 1.0f, .a2 = 0.25f};
@@ -83,7 +83,7 @@ static tribo_status_t name_controller(tribo_controller_f32_config_t       *contr
     {
         return TRIBO_ERR_CONTROLLER;
     }
-    *section                  = pi_section(pi, config->sample_time_s);
+    *section                  = tribo_pi_f32_section(pi, config->sample_time_s);
     controller->sections      = section;
     controller->section_count = 1;
     return TRIBO_OK;
