@@ -11,6 +11,7 @@
 #ifndef TRIBO_ARITHMETIC_H
 #define TRIBO_ARITHMETIC_H
 
+#include "tribo_loop_parts.h"
 #include "tribo_signal_words.h"
 
 #include <stdbool.h>
@@ -144,6 +145,27 @@ static inline void tribo_signal_words(const TRIBO(force_loop, signals_t) * signa
 }
 
 // --- init functions ------------------------------------------------------------------------------------------------
+
+/// The library's config, which names the method and the guard of `loop`: an init makes them in `feedforward` and `guard`.
+static inline tribo_force_loop_f32_config_t tribo_loop_with_parts(const tribo_loop_parts_t *loop,
+                                                                  TRIBO(feedforward, params_t) * feedforward,
+                                                                  TRIBO(guard, params_t) * guard)
+{
+    tribo_force_loop_f32_config_t config = loop->config;
+    if (loop->is_sensorless)
+    {
+        config.method = TRIBO(sensorless, use)(feedforward, &loop->feedforward, &loop->sensorless);
+    }
+    else if (loop->feeds_forward)
+    {
+        config.method = TRIBO(feedforward, use)(feedforward, &loop->feedforward);
+    }
+    if (loop->guarded)
+    {
+        config.guard = TRIBO(guard, use)(guard, &loop->guard);
+    }
+    return config;
+}
 
 /// The library's, with its statuses. `table` is for the breakaway points in Q31, null for a config without; in single precision
 /// it is not used, and params point to the table of the config.

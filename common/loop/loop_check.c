@@ -173,7 +173,7 @@ static void name_refused(const common_loop_keys_t *keys, tribo_status_t status, 
     tribo_breakaway_point_q31_t   table[TRIBO_BREAKAWAY_POINTS_MAX];
     tribo_force_loop_q31_params_t params;
     common_loop_config_fill(&loop, keys);
-    tribo_force_loop_q31_config_t config     = {.loop         = loop.config,
+    tribo_force_loop_q31_config_t config     = {.loop         = loop.parts.config,
                                                 .full_scale_n = (float)keys->limits.full_scale_n,
                                                 .table        = table};
     config.loop.controller.refusal           = &refusal;

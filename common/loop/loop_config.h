@@ -4,23 +4,14 @@
 #define COMMON_LOOP_CONFIG_H
 
 #include "loop/loop_keys.h"
-#include "tribo/feedforward_f32.h"
-#include "tribo/force_loop_f32.h"
+#include "tribo_loop_parts.h"
 
-#include <stdbool.h>
-
-/// The configuration and the arrays it points to: not to be moved, and to outlive the params made of it.
+/// The parts and the arrays that their config points to: not to be moved, and to outlive the params made of it.
 typedef struct
 {
-    tribo_force_loop_f32_config_t  config;
-    bool                           feeds_forward; ///< instead of the paper's method
-    tribo_feedforward_f32_config_t feedforward;
-    bool                           is_sensorless; ///< and does so without y
-    tribo_sensorless_f32_config_t  sensorless;
-    bool                           guarded;
-    tribo_guard_f32_config_t       guard;
-    tribo_biquad_f32_section_t     sections[TRIBO_BIQUAD_SECTIONS_MAX];
-    tribo_breakaway_point_f32_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
+    tribo_loop_parts_t          parts;
+    tribo_biquad_f32_section_t  sections[TRIBO_BIQUAD_SECTIONS_MAX];
+    tribo_breakaway_point_f32_t table[TRIBO_BREAKAWAY_POINTS_MAX];
 } common_loop_config_t;
 
 void common_loop_config_fill(common_loop_config_t *loop, const common_loop_keys_t *keys);

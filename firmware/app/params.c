@@ -9,34 +9,23 @@
 
 // --- the lists -----------------------------------------------------------------------------------------------------
 
-/// All configs that the library's set-up takes.
-typedef struct
-{
-    tribo_force_loop_f32_config_t loop;
-#if DRIVE_FEEDFORWARD
-    tribo_feedforward_f32_config_t feedforward;
-    tribo_sensorless_f32_config_t  sensorless;
-    tribo_guard_f32_config_t       guard;
-#endif
-} configs_t;
-
-/// A parameter table of the library, and the offset of its config in configs_t.
+/// A parameter table of the library, and the offset of its config in tribo_loop_parts_t.
 typedef struct
 {
     const tribo_parameter_t *rows;
     uint16_t                 count, at;
 } group_t;
 
-#define GROUP(rows, config) {(rows), sizeof(rows) / sizeof((rows)[0]), offsetof(configs_t, config)}
+#define GROUP(rows, config_) {(rows), sizeof(rows) / sizeof((rows)[0]), offsetof(tribo_loop_parts_t, config_)}
 
 static const group_t groups[] = {
-    GROUP(tribo_loop_parameters, loop),
-    GROUP(tribo_limit_parameters, loop.controller),
-    GROUP(tribo_cascade_parameters, loop.controller),
-    GROUP(tribo_friction_parameters, loop.compensator.friction),
-    GROUP(tribo_breakaway_parameters, loop.compensator.friction),
-    GROUP(tribo_table_parameters, loop.compensator.friction),
-    GROUP(tribo_arm_parameters, loop.compensator.arm),
+    GROUP(tribo_loop_parameters, config),
+    GROUP(tribo_limit_parameters, config.controller),
+    GROUP(tribo_cascade_parameters, config.controller),
+    GROUP(tribo_friction_parameters, config.compensator.friction),
+    GROUP(tribo_breakaway_parameters, config.compensator.friction),
+    GROUP(tribo_table_parameters, config.compensator.friction),
+    GROUP(tribo_arm_parameters, config.compensator.arm),
 #if DRIVE_FEEDFORWARD
     GROUP(tribo_feedforward_parameters, feedforward),
     GROUP(tribo_sensorless_parameters, sensorless),
@@ -44,7 +33,7 @@ static const group_t groups[] = {
 #endif
 };
 
-/// Finds the n-th row of all groups, its word in a set and its offset in configs_t. Returns false beyond the last row.
+/// Finds the n-th row of all groups, its word in a set and its offset in tribo_loop_parts_t. Returns false beyond the last row.
 static bool find_row(uint32_t n, const tribo_parameter_t **row, uint32_t *word, size_t *at)
 {
     for (size_t i = 0; i < sizeof groups / sizeof groups[0]; i++)
@@ -354,70 +343,61 @@ bool params_protect_alike(const params_set_t *set, const params_set_t *like, par
 
 // --- params --------------------------------------------------------------------------------------------------------
 
-static configs_t configs_of(const params_set_t *set)
+static tribo_loop_parts_t parts_of(const params_set_t *set)
 {
-    configs_t                configs;
-    const tribo_parameter_t *row;
-    uint32_t                 word;
-    size_t                   at;
-    memset(&configs, 0, sizeof configs);
+    tribo_loop_parts_t             parts    = {.feeds_forward = false};
+    tribo_force_loop_f32_config_t *config   = &parts.config;
+    tribo_friction_f32_config_t   *friction = &config->compensator.friction;
+    const tribo_parameter_t       *row;
+    uint32_t                       word;
+    size_t                         at;
     for (uint32_t n = 0; find_row(n, &row, &word, &at); n++)
     {
         const uint32_t bits = params_word(set, word);
-        memcpy((unsigned char *)&configs + at, &bits, sizeof bits);
+        memcpy((unsigned char *)&parts + at, &bits, sizeof bits);
     }
-    configs.loop.controller.sections        = set->sections;
-    configs.loop.compensator.friction.table = configs.loop.compensator.friction.table_length > 0u ? set->table : NULL;
-    return configs;
+    config->controller.sections = set->sections;
+    friction->table             = friction->table_length > 0u ? set->table : NULL;
+    return parts;
 }
 
-/// Copies to `set` the words whose members are in `configs` from byte `first` up to, not including, byte `end`.
-static void take(params_set_t *set, const configs_t *configs, size_t first, size_t end)
+/// Returns whether `loop` has the part in which its byte `at` is.
+static bool has_part(const tribo_loop_parts_t *loop, size_t at)
 {
-    const tribo_parameter_t *row;
-    uint32_t                 word;
-    size_t                   at;
-    for (uint32_t n = 0; find_row(n, &row, &word, &at); n++)
-    {
-        if (at >= first && at < end)
-        {
-            put(set, word, (const unsigned char *)configs + at);
-        }
-    }
+    return at >= offsetof(tribo_loop_parts_t, guard)         ? loop->guarded
+           : at >= offsetof(tribo_loop_parts_t, sensorless)  ? loop->is_sensorless
+           : at >= offsetof(tribo_loop_parts_t, feedforward) ? loop->feeds_forward
+                                                             : true;
 }
 
 /// Leaves out sections or points beyond those that fit; their count is refused later.
-void params_take_loop(params_set_t                         *set,
-                      const tribo_force_loop_f32_config_t  *config,
-                      const tribo_feedforward_f32_config_t *feedforward,
-                      const tribo_sensorless_f32_config_t  *sensorless)
+void params_take_loop(params_set_t *set, const tribo_loop_parts_t *loop)
 {
-    const tribo_friction_f32_config_t *friction = &config->compensator.friction;
-    configs_t                          configs  = {.loop = *config};
-    take(set, &configs, 0, sizeof configs.loop);
-    set->method = feedforward != NULL ? PARAMS_METHOD_FEEDFORWARD : PARAMS_METHOD_PAPER;
-#if DRIVE_FEEDFORWARD
-    if (feedforward != NULL)
+    const tribo_controller_f32_config_t *controller = &loop->config.controller;
+    const tribo_friction_f32_config_t   *friction   = &loop->config.compensator.friction;
+    const tribo_parameter_t             *row;
+    uint32_t                             word;
+    size_t                               at;
+    for (uint32_t n = 0; find_row(n, &row, &word, &at); n++)
     {
-        configs.feedforward = *feedforward;
-        take(set, &configs, offsetof(configs_t, feedforward), offsetof(configs_t, sensorless));
-        for (size_t i = 0; i < sizeof poles / sizeof poles[0]; i++)
+        if (has_part(loop, at))
         {
-            copy_pole(set, poles[i].feed, poles[i].residual);
+            put(set, word, (const unsigned char *)loop + at);
         }
     }
-    if (feedforward != NULL && sensorless != NULL)
+    set->method = loop->is_sensorless   ? PARAMS_METHOD_SENSORLESS
+                  : loop->feeds_forward ? PARAMS_METHOD_FEEDFORWARD
+                                        : PARAMS_METHOD_PAPER;
+#if DRIVE_FEEDFORWARD
+    set->guard_on = loop->guarded ? 1u : 0u;
+    for (size_t i = 0; loop->feeds_forward && i < sizeof poles / sizeof poles[0]; i++)
     {
-        configs.sensorless = *sensorless;
-        take(set, &configs, offsetof(configs_t, sensorless), offsetof(configs_t, guard));
-        set->method = PARAMS_METHOD_SENSORLESS;
+        copy_pole(set, poles[i].feed, poles[i].residual);
     }
-#else
-    (void)sensorless;
 #endif
-    for (uint32_t i = 0; i < config->controller.section_count && i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
+    for (uint32_t i = 0; i < controller->section_count && i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
     {
-        set->sections[i] = config->controller.sections[i];
+        set->sections[i] = controller->sections[i];
     }
     for (uint32_t i = 0; friction->table != NULL && i < friction->table_length && i < TRIBO_BREAKAWAY_POINTS_MAX; i++)
     {
@@ -426,71 +406,49 @@ void params_take_loop(params_set_t                         *set,
 }
 
 #if DRIVE_FEEDFORWARD
-void params_take_guard(params_set_t *set, const tribo_guard_f32_config_t *config)
+/// There is always a guard. Of one that is off only fade_time_s counts, within which the fade of an earlier guard ends. Its other
+/// fields get values that are never refused.
+static tribo_status_t set_up_loop(params_t *params, tribo_loop_parts_t *parts)
 {
-    set->guard_on = config != NULL ? 1u : 0u;
-    if (config != NULL)
-    {
-        const configs_t configs = {.guard = *config};
-        take(set, &configs, offsetof(configs_t, guard), sizeof configs);
-    }
-}
+    const params_set_t       *set   = &params->set;
+    tribo_guard_f32_config_t *guard = &parts->guard;
+    const float               h     = parts->config.sample_time_s;
 
-/// Of a guard that is off only fade_time_s counts, within which the fade of an earlier guard ends. Its other fields get
-/// values that are never refused.
-static tribo_guard_f32_config_t guard_of(const params_set_t *set, const configs_t *configs, bool is_on)
-{
-    const float              h     = configs->loop.sample_time_s;
-    tribo_guard_f32_config_t guard = configs->guard;
-    (void)set; // unused in f32
+    parts->is_sensorless = set->method == PARAMS_METHOD_SENSORLESS;
+    parts->feeds_forward = parts->is_sensorless || set->method == PARAMS_METHOD_FEEDFORWARD;
+    parts->guarded       = true;
+    const bool is_on     = set->guard_on != 0u && !parts->is_sensorless; // a guard judges y
     if (!is_on)
     {
-        guard.turn_n       = TRIBO_EITHER(1.0f, 0.5f * set->drive.full_scale_n);
-        guard.stray_n      = guard.turn_n;
-        guard.quick_time_s = h;
-        guard.fade_time_s  = guard.fade_time_s > 1e6f * h ? 1e6f * h : guard.fade_time_s;
-    }
-    return guard;
-}
-
-static tribo_status_t set_up_loop(params_t *params, const configs_t *configs)
-{
-    const params_set_t           *set  = &params->set;
-    tribo_force_loop_f32_config_t loop = configs->loop;
-    const bool is_on = set->guard_on != 0u && set->method != PARAMS_METHOD_SENSORLESS; // a guard judges y
-    const tribo_guard_f32_config_t guard = guard_of(set, configs, is_on);
-
-    loop.guard = TRIBO(guard, use)(&params->loop.guard, &guard);
-    if (set->method == PARAMS_METHOD_FEEDFORWARD)
-    {
-        loop.method = TRIBO(feedforward, use)(&params->loop.feedforward, &configs->feedforward);
-    }
-    if (set->method == PARAMS_METHOD_SENSORLESS)
-    {
-        loop.method = TRIBO(sensorless, use)(&params->loop.feedforward, &configs->feedforward, &configs->sensorless);
+        guard->turn_n       = TRIBO_EITHER(1.0f, 0.5f * set->drive.full_scale_n);
+        guard->stray_n      = guard->turn_n;
+        guard->quick_time_s = h;
+        guard->fade_time_s  = guard->fade_time_s > 1e6f * h ? 1e6f * h : guard->fade_time_s;
     }
     if (set->method == PARAMS_METHOD_OFF)
     {
-        loop.gain = 0.0f;
+        parts->config.gain = 0.0f;
     }
-    const tribo_status_t status = loop_setup(&params->loop, &loop, set->drive.full_scale_n);
+    const tribo_force_loop_f32_config_t whole =
+        tribo_loop_with_parts(parts, &params->loop.feedforward, &params->loop.guard);
+    const tribo_status_t status = loop_setup(&params->loop, &whole, set->drive.full_scale_n);
     params->loop.guard.on       = is_on;
     return status;
 }
 #else
-static tribo_status_t set_up_loop(params_t *params, const configs_t *configs)
+static tribo_status_t set_up_loop(params_t *params, const tribo_loop_parts_t *parts)
 {
-    return loop_setup(&params->loop, &configs->loop, params->set.drive.full_scale_n);
+    return loop_setup(&params->loop, &parts->config, params->set.drive.full_scale_n);
 }
 #endif
 
 /// Translates a refusal of the library. If several parameters are wrong only together, it names the inertia; for the whole
 /// cascade it names the first coefficient.
-static bool refuse_loop(params_error_t        *error,
-                        const params_t        *params,
-                        const configs_t       *configs,
-                        tribo_status_t         status,
-                        const tribo_refusal_t *refusal)
+static bool refuse_loop(params_error_t                      *error,
+                        const params_t                      *params,
+                        const tribo_force_loop_f32_config_t *config,
+                        tribo_status_t                       status,
+                        const tribo_refusal_t               *refusal)
 {
     const tribo_status_t     named = status == TRIBO_ERR_ARM_TOO_FAST ? TRIBO_ERR_INERTIA : status;
     const tribo_parameter_t *row;
@@ -513,7 +471,7 @@ static bool refuse_loop(params_error_t        *error,
     if (status == TRIBO_ERR_PAPER_SAMPLE_TIME)
     {
         const float only_s = TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S;
-        return refuse(error, PARAMS_SAMPLE_TIME, configs->loop.sample_time_s, only_s, only_s, status);
+        return refuse(error, PARAMS_SAMPLE_TIME, config->sample_time_s, only_s, only_s, status);
     }
     const bool of_table = status >= TRIBO_ERR_TABLE_FORCE && status <= TRIBO_ERR_TABLE_NEGATIVE;
     word                = of_table ? PARAMS_TABLE_AT + 3u * refusal->index : PARAMS_SECTIONS_AT + 5u * refusal->index;
@@ -524,26 +482,26 @@ bool params_make(params_t *params, const port_t *port, params_error_t *error)
 {
     const params_set_t *set                   = &params->set;
     tribo_refusal_t     refusal               = {0};
-    configs_t           configs               = configs_of(set);
-    configs.loop.controller.pause             = port->pause;
-    configs.loop.controller.refusal           = &refusal;
-    configs.loop.compensator.friction.refusal = &refusal;
+    tribo_loop_parts_t  parts                 = parts_of(set);
+    parts.config.controller.pause             = port->pause;
+    parts.config.controller.refusal           = &refusal;
+    parts.config.compensator.friction.refusal = &refusal;
     if (!check_sizes(error, set) || !check_ranges(error, set))
     {
         return false;
     }
-    const tribo_status_t status = set_up_loop(params, &configs);
+    const tribo_status_t status = set_up_loop(params, &parts);
     if (status != TRIBO_OK)
     {
-        return refuse_loop(error, params, &configs, status, &refusal);
+        return refuse_loop(error, params, &parts.config, status, &refusal);
     }
-    const float sample_us = 1e6f * configs.loop.sample_time_s;
+    const float sample_us = 1e6f * parts.config.sample_time_s;
     const float period_us = (float)set->drive.period_us;
     if (!(sample_us >= period_us - 0.51f &&
           sample_us <= period_us + 0.51f)) // a period is a whole number of microseconds
     {
         const float period_s = period_us / 1e6f;
-        return refuse(error, PARAMS_SAMPLE_TIME, configs.loop.sample_time_s, period_s, period_s, TRIBO_OK);
+        return refuse(error, PARAMS_SAMPLE_TIME, parts.config.sample_time_s, period_s, period_s, TRIBO_OK);
     }
     drive_config_error_t by_drive;
     if (!drive_setup_init(&params->drive, &set->drive, &params->loop.params, port, &by_drive))

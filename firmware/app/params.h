@@ -164,18 +164,9 @@ static inline bool params_is_meant(uint32_t bits, float least)
     return size == 0u || (size >= bits_of_least && size < 0x7f800000u);
 }
 
-/// Copies the loop's `config`, with its sections and its table, into the set. With `feedforward`, whose poles become the
-/// drive's as well, the set gets the method feed-forward, or the one without a force sensor if `sensorless` is not null. If
-/// `feedforward` is null, it gets the paper's method.
-void params_take_loop(params_set_t                         *set,
-                      const tribo_force_loop_f32_config_t  *config,
-                      const tribo_feedforward_f32_config_t *feedforward,
-                      const tribo_sensorless_f32_config_t  *sensorless);
-
-#if DRIVE_FEEDFORWARD
-/// Copies the guard's `config` into the set; null: no guard.
-void params_take_guard(params_set_t *set, const tribo_guard_f32_config_t *config);
-#endif
+/// Copies a loop into the set, with the sections and the table that its config points to. The poles of a feed-forward become the
+/// drive's as well. Parameters of a method or a guard that `loop` does not have stay as they are.
+void params_take_loop(params_set_t *set, const tribo_loop_parts_t *loop);
 
 /// Makes params from params->set, which the library and the drive check as a whole. Returns false and fills `error` for the first
 /// field that is refused; do not use `params` then. Not for the tick.

@@ -8,9 +8,9 @@ tribo_status_t sim_loop_init(sim_loop_t *loop, bool q31, const common_loop_confi
 {
     *loop = (sim_loop_t){.functions     = q31 ? &sim_loop_q31_functions : &sim_loop_f32_functions,
                          .q31           = q31,
-                         .guarded       = config->guarded,
+                         .guarded       = config->parts.guarded,
                          .full_scale_n  = full_scale_n,
-                         .sample_time_s = (double)config->config.sample_time_s};
+                         .sample_time_s = (double)config->parts.config.sample_time_s};
     return loop->functions->init(loop, config);
 }
 

@@ -1,16 +1,16 @@
 #include "scenario/loop_functions.h"
 
-#include "loop/loop_parts.h"
 #include "tribo_arithmetic.h"
 
 #define IN(loop) TRIBO_EITHER(&(loop)->in_f32, &(loop)->in_q31)
 
 static tribo_status_t init(sim_loop_t *loop, const common_loop_config_t *config)
 {
-    TRIBO_PART(sim_loop, t) *in               = IN(loop);
-    const tribo_force_loop_f32_config_t whole = common_loop_with_parts(config, &in->feedforward, &in->guard_params);
+    TRIBO_PART(sim_loop, t) *in = IN(loop);
+    const tribo_force_loop_f32_config_t whole =
+        tribo_loop_with_parts(&config->parts, &in->feedforward, &in->guard_params);
 
-    in->state.memory            = config->feeds_forward ? &in->memory.state.tick : NULL;
+    in->state.memory            = config->parts.feeds_forward ? &in->memory.state.tick : NULL;
     const tribo_status_t status = tribo_init_loop(&in->params, in->table, &whole, (float)loop->full_scale_n);
     return status == TRIBO_OK ? TRIBO(force_loop, start)(&in->state, &in->params, false) : status;
 }

@@ -189,7 +189,7 @@ static bool advance(run_t *run, uint64_t tick, sim_row_t *row, common_error_t *e
     else if (run->target == NULL)
     {
         row->u_n = sim_loop_step(&run->loop, row->r_n, row->y_n, &row->loop);
-        run->open_limited_ticks += run->loop_config.is_sensorless && row->loop.controller.limited;
+        run->open_limited_ticks += run->loop_config.parts.is_sensorless && row->loop.controller.limited;
     }
     else if (!sim_target_step(run->target, row->r_n, row->y_n, &row->u_n, &row->loop, error))
     {
@@ -250,12 +250,12 @@ static double mean_root(double squares, const metrics_t *metrics)
 static sim_result_t result_of(const run_t *run)
 {
     const metrics_t *metrics = &run->metrics;
-    sim_result_t     result  = {.learns        = sim_run_learns(run->config),
-                                .learned       = run->learned,
-                                .idle          = run->idle,
-                                .usual_force_n = (double)tribo_force_loop_f32_usual_force_n(&run->loop_config.config),
-                                .rms_error_n   = mean_root(metrics->error_squares, metrics),
-                                .max_error_n   = metrics->max_error_n,
+    sim_result_t     result  = {.learns  = sim_run_learns(run->config),
+                                .learned = run->learned,
+                                .idle    = run->idle,
+                                .usual_force_n = (double)tribo_force_loop_f32_usual_force_n(&run->loop_config.parts.config),
+                                .rms_error_n          = mean_root(metrics->error_squares, metrics),
+                                .max_error_n          = metrics->max_error_n,
                                 .rms_measured_error_n = mean_root(metrics->measured_squares, metrics),
                                 .activity             = run->activity,
                                 .limited_ticks        = sim_loop_limited_ticks(&run->loop) + run->open_limited_ticks,

@@ -168,18 +168,12 @@ static void fill_setup(uint32_t                    words[TRIBO_SETUP_WORDS],
                        const sim_target_t         *target,
                        const common_loop_config_t *config)
 {
-    tribo_setup_t setup = {.period_us    = target->period_us,
-                           .late_us      = target->period_us / 10u,
-                           .budget_us    = target->period_us / 2u,
-                           .stuck_ticks  = 0,
-                           .full_scale_n = (float)target->host.full_scale_n};
-    tribo_setup_take_loop(&setup, &config->config);
-    setup.feeds_forward = config->feeds_forward;
-    setup.feedforward   = config->feedforward;
-    setup.is_sensorless = config->is_sensorless;
-    setup.sensorless    = config->sensorless;
-    setup.guarded       = config->guarded;
-    setup.guard         = config->guard;
+    const tribo_setup_t setup = {.period_us    = target->period_us,
+                                 .late_us      = target->period_us / 10u,
+                                 .budget_us    = target->period_us / 2u,
+                                 .stuck_ticks  = 0,
+                                 .full_scale_n = (float)target->host.full_scale_n,
+                                 .loop         = config->parts};
     tribo_setup_to_words(&setup, words);
 }
 
@@ -227,7 +221,7 @@ sim_target_t *sim_target_start(const char                 *name,
     }
     target->name                = name;
     target->model               = model_of(name);
-    target->period_us           = (uint32_t)fmax(1.0, round(1e6 * (double)config->config.sample_time_s));
+    target->period_us           = (uint32_t)fmax(1.0, round(1e6 * (double)config->parts.config.sample_time_s));
     const tribo_status_t status = sim_loop_init(&target->host, q31, config, full_scale_n);
     if (status != TRIBO_OK)
     {

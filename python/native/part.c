@@ -69,8 +69,8 @@ native_part_t *native_part_new(const char *kind, const native_scenario_t *scenar
     common_loop_config_fill(&part->config, keys);
     if (part->kind != NATIVE_LOOP)
     {
-        part->config.feeds_forward = part->kind == NATIVE_FEEDFORWARD;
-        part->config.guarded       = part->kind == NATIVE_GUARD;
+        part->config.parts.feeds_forward = part->kind == NATIVE_FEEDFORWARD;
+        part->config.parts.guarded       = part->kind == NATIVE_GUARD;
     }
     part->loop.full_scale_n     = keys->limits.full_scale_n;
     const tribo_status_t status = start(part);
@@ -160,7 +160,7 @@ double native_feedforward_command(native_part_t *part, double v_n)
 
 bool native_part_learned(const native_part_t *part, double force_n, double values[12])
 {
-    if (!part->config.feeds_forward)
+    if (!part->config.parts.feeds_forward)
     {
         return false;
     }
@@ -180,7 +180,7 @@ bool native_part_learned(const native_part_t *part, double force_n, double value
 
 const char *native_part_guard_cause(const native_part_t *part)
 {
-    return part->config.guarded ? sim_loop_guard_text(&part->loop) : NULL;
+    return part->config.parts.guarded ? sim_loop_guard_text(&part->loop) : NULL;
 }
 
 void native_part_restore(native_part_t *part)

@@ -11,7 +11,7 @@
 #include "app/drive.h"
 #include "app/loop.h"
 #include "board.h"
-#include "loop/loop_parts.h"
+#include "loop/loop_config.h"
 #include "own_plant.h"
 #include "plant/plant.h"
 #include "plant/random.h"
@@ -127,7 +127,7 @@ static void fail(const char *what)
 static tribo_status_t set_up_loop(rig_t *rig, float full_scale_n)
 {
     const tribo_force_loop_f32_config_t whole =
-        common_loop_with_parts(&rig->loop_config, &rig->loop.feedforward, &rig->loop.guard);
+        tribo_loop_with_parts(&rig->loop_config.parts, &rig->loop.feedforward, &rig->loop.guard);
     return loop_setup(&rig->loop, &whole, full_scale_n);
 }
 

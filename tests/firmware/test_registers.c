@@ -174,36 +174,44 @@ static void check_poles(const params_set_t *set, float actuator, float sensor)
 
 static void test_a_pole_is_told_once(void)
 {
-    const tribo_force_loop_f32_config_t paper       = tribo_force_loop_f32_paper();
-    tribo_feedforward_f32_config_t      feedforward = tribo_feedforward_f32_default();
-    params_set_t                        set         = params_default();
-    drive_config_t                      config      = set.drive;
-    check_poles(&set, feedforward.actuator_pole_rad_per_s, feedforward.sensor_pole_rad_per_s);
+    tribo_loop_parts_t loop = {.config = tribo_force_loop_f32_paper(), .feedforward = tribo_feedforward_f32_default()};
+    params_set_t       set  = params_default();
+    drive_config_t     config = set.drive;
+    check_poles(&set, loop.feedforward.actuator_pole_rad_per_s, loop.feedforward.sensor_pole_rad_per_s);
     config.actuator_pole_rad_per_s = 900.0f;
     config.sensor_pole_rad_per_s   = 300.0f;
     set                            = params_default_of(&config);
     check_poles(&set, 900.0f, 300.0f);
-    params_take_loop(&set, &paper, NULL, NULL);
+    params_take_loop(&set, &loop);
     check_poles(&set, 900.0f, 300.0f);
-    feedforward.actuator_pole_rad_per_s = 700.0f;
-    feedforward.sensor_pole_rad_per_s   = 90.0f;
-    params_take_loop(&set, &paper, &feedforward, NULL);
+    loop.feeds_forward                       = true;
+    loop.feedforward.actuator_pole_rad_per_s = 700.0f;
+    loop.feedforward.sensor_pole_rad_per_s   = 90.0f;
+    params_take_loop(&set, &loop);
     check_poles(&set, 700.0f, 90.0f);
 }
 
 static void test_a_loop_without_a_sensor_is_taken_over(void)
 {
-    const tribo_force_loop_f32_config_t  paper       = tribo_force_loop_f32_paper();
-    const tribo_feedforward_f32_config_t feedforward = tribo_feedforward_f32_default();
-    const tribo_sensorless_f32_config_t  sensorless  = {.belief = 0.4f};
-    const params_set_t                   before      = params_default();
-    params_set_t                         set         = before;
+    const params_set_t before = params_default();
+    params_set_t       set    = before;
+    tribo_loop_parts_t loop   = {.config        = tribo_force_loop_f32_paper(),
+                                 .feeds_forward = true,
+                                 .feedforward   = tribo_feedforward_f32_default(),
+                                 .sensorless    = {.belief = 0.4f},
+                                 .guarded       = true,
+                                 .guard         = tribo_guard_f32_default()};
     TEST_ASSERT_EQUAL_FLOAT(tribo_sensorless_f32_default().belief, params_number(&set, PARAMS_BELIEF));
-    params_take_loop(&set, &paper, &feedforward, NULL);
+    params_take_loop(&set, &loop);
     TEST_ASSERT_EQUAL_MEMORY(&before, &set, sizeof set);
-    params_take_loop(&set, &paper, &feedforward, &sensorless);
+    loop.is_sensorless = true;
+    loop.guarded       = false;
+    loop.guard         = (tribo_guard_f32_config_t){.turn_n = 1.0f};
+    params_take_loop(&set, &loop);
     TEST_ASSERT_EQUAL_UINT32(PARAMS_METHOD_SENSORLESS, set.method);
     TEST_ASSERT_EQUAL_FLOAT(0.4f, params_number(&set, PARAMS_BELIEF));
+    TEST_ASSERT_EQUAL_UINT32(0, set.guard_on);
+    TEST_ASSERT_EQUAL_MEMORY(before.guard, set.guard, sizeof set.guard);
 }
 #endif
 

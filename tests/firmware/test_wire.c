@@ -59,11 +59,11 @@ static void check_loop_arrives(void)
     uint32_t             words[TRIBO_SETUP_WORDS];
     memset(&sent, 0, sizeof sent);
     memset(&received, 0xff, sizeof received); // nothing may be left from before
-    tribo_setup_take_loop(&sent, &config);
+    sent.loop.config = config;
     tribo_setup_to_words(&sent, words);
     tribo_setup_from_words(&received, words);
     set_up(&here, &config);
-    set_up(&there, &received.loop);
+    set_up(&there, &received.loop.config);
 
     const uint32_t points = here.params.compensator.friction.table_length;
     TEST_ASSERT_EQUAL_UINT32(points, there.params.compensator.friction.table_length);
@@ -102,10 +102,10 @@ static tribo_status_t status_there(void)
     static tribo_setup_t sent, received;
     static loop_setup_t  there;
     uint32_t             words[TRIBO_SETUP_WORDS];
-    tribo_setup_take_loop(&sent, &config);
+    sent.loop.config = config;
     tribo_setup_to_words(&sent, words);
     tribo_setup_from_words(&received, words);
-    return loop_setup(&there, &received.loop, FULL_SCALE_N);
+    return loop_setup(&there, &received.loop.config, FULL_SCALE_N);
 }
 
 static void test_a_length_without_a_table_is_refused_at_the_other_end_too(void)
@@ -133,7 +133,8 @@ static void test_the_drives_own_config_arrives(void)
                                  .late_us      = 100,
                                  .budget_us    = 500,
                                  .stuck_ticks  = 7,
-                                 .full_scale_n = FULL_SCALE_N};
+                                 .full_scale_n = FULL_SCALE_N,
+                                 .loop         = {.feeds_forward = true, .guarded = true}};
     uint32_t             words[TRIBO_SETUP_WORDS];
     tribo_setup_to_words(&sent, words);
     tribo_setup_from_words(&received, words);
@@ -142,6 +143,7 @@ static void test_the_drives_own_config_arrives(void)
     TEST_ASSERT_EQUAL_UINT32(500, received.budget_us);
     TEST_ASSERT_EQUAL_UINT32(7, received.stuck_ticks);
     TEST_ASSERT_TRUE(received.full_scale_n == FULL_SCALE_N);
+    TEST_ASSERT_TRUE(received.loop.feeds_forward && !received.loop.is_sensorless && received.loop.guarded);
 }
 
 /// The order is part of the self-test's CRC, so it is stated here once more, by hand.

@@ -4,7 +4,7 @@
 
 #include "loop/loop_config.h"
 #include "scenario/config.h"
-#include "sim/params_header.h"
+#include "scenario/params_header.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -45,14 +45,15 @@ static void write_header(const sim_config_t *config, const char *set, bool q31)
     }
     FILE *stream = open_memstream(&text, &size);
     ALWAYS(stream != NULL);
-    sim_params_header_write(stream,
-                            &(sim_params_header_t){.name        = "loop",
-                                                   .scenario    = set,
-                                                   .description = "",
-                                                   .sets        = &set,
-                                                   .set_count   = 1,
-                                                   .config      = &loop_config.config,
-                                                   .loop        = &loop});
+    (q31 ? sim_params_header_q31_write
+         : sim_params_header_f32_write)(stream,
+                                        &(sim_params_header_t){.name        = "loop",
+                                                               .scenario    = set,
+                                                               .description = "",
+                                                               .sets        = &set,
+                                                               .set_count   = 1,
+                                                               .config      = &loop_config.parts.config,
+                                                               .loop        = &loop});
     ALWAYS(fclose(stream) == 0);
     check_header(text);
     free(text);

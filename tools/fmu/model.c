@@ -174,8 +174,8 @@ static bool make(fmu_model_t *model, unsigned slot)
     common_loop_config_fill(&model->loop_config[slot], &config->loop);
     if (FMU_PART == COMPENSATOR)
     {
-        model->loop_config[slot].feeds_forward = false;
-        model->loop_config[slot].guarded       = false;
+        model->loop_config[slot].parts.feeds_forward = false;
+        model->loop_config[slot].parts.guarded       = false;
     }
     const tribo_status_t status =
         sim_loop_init(&model->now.loop[slot], FMU_Q31, &model->loop_config[slot], config->loop.limits.full_scale_n);

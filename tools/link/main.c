@@ -320,11 +320,7 @@ static bool take_scenario(params_t *params, const char *path)
     if (ok)
     {
         common_loop_config_fill(&loop, common_scenario_loop(scenario));
-        params_take_loop(&params->set,
-                         &loop.config,
-                         loop.feeds_forward ? &loop.feedforward : NULL,
-                         loop.is_sensorless ? &loop.sensorless : NULL);
-        params_take_guard(&params->set, loop.guarded ? &loop.guard : NULL);
+        params_take_loop(&params->set, &loop.parts);
     }
     else
     {

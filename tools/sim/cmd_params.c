@@ -1,7 +1,7 @@
 #include "loop/loop_config.h"
 #include "scenario/check.h"
+#include "scenario/params_header.h"
 #include "sim/commands.h"
-#include "sim/params_header.h"
 #include "sim/scenario_choice.h"
 #include "support/file.h"
 #include "support/output_file.h"
@@ -110,7 +110,7 @@ static bool write_header(const options_t *options, const sim_params_header_t *he
     {
         return false;
     }
-    sim_params_header_write(file.stream, header);
+    (header->loop->q31 ? sim_params_header_q31_write : sim_params_header_f32_write)(file.stream, header);
     return common_output_commit(&file, 1, error);
 }
 
@@ -129,9 +129,9 @@ static bool make(const options_t *options, const common_scenario_t *scenario, co
                                                .description   = config->description,
                                                .sets          = options->choice.sets,
                                                .set_count     = options->choice.set_count,
-                                               .config        = &loop_config.config,
+                                               .config        = &loop_config.parts.config,
                                                .loop          = &loop,
-                                               .is_sensorless = loop_config.is_sensorless},
+                                               .is_sensorless = loop_config.parts.is_sensorless},
                         error);
 }
 

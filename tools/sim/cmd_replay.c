@@ -479,12 +479,12 @@ static bool make_params(replay_t *replay, common_scenario_t *scenario, common_er
     }
     common_loop_config_fill(loop, common_scenario_loop(scenario));
     const float    h      = (float)replay->sample_time_s;
-    tribo_status_t status = tribo_compensator_f32_init(&replay->f32, &loop->config.compensator, h);
+    tribo_status_t status = tribo_compensator_f32_init(&replay->f32, &loop->parts.config.compensator, h);
     if (status == TRIBO_OK && options->q31)
     {
         status = tribo_compensator_q31_init(&replay->q31,
                                             replay->table,
-                                            &loop->config.compensator,
+                                            &loop->parts.config.compensator,
                                             h,
                                             (float)options->full_scale_n);
     }

@@ -140,13 +140,7 @@ static params_set_t set_of(const tribo_setup_t *setup)
     set.drive.command_limit_ms = 0;
     set.drive.swing_ms         = 0;
     set.drive.reference_ms     = 0;
-    params_take_loop(&set,
-                     &setup->loop,
-                     setup->feeds_forward != 0u ? &setup->feedforward : NULL,
-                     setup->is_sensorless != 0u ? &setup->sensorless : NULL);
-#if DRIVE_FEEDFORWARD
-    params_take_guard(&set, setup->guarded != 0u ? &setup->guard : NULL);
-#endif
+    params_take_loop(&set, &setup->loop);
     return set;
 }
 

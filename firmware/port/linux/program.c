@@ -721,11 +721,7 @@ static bool set_up_drive(program_t *program, const common_sources_t *sources, co
     common_loop_config_fill(&loop, config);
     program->defaults       = params_default();
     program->defaults.drive = program->rig->drive;
-    params_take_loop(&program->defaults,
-                     &loop.config,
-                     loop.feeds_forward ? &loop.feedforward : NULL,
-                     loop.is_sensorless ? &loop.sensorless : NULL);
-    params_take_guard(&program->defaults, loop.guarded ? &loop.guard : NULL);
+    params_take_loop(&program->defaults, &loop.parts);
     keep_poles(&program->defaults.drive, &program->rig->drive, sources);
     take_ceilings(program);
     if (!open_store(program, error))

@@ -1,7 +1,10 @@
 // What tribo-identify calls of the C code: the library's compensator behind an actuator and in front of a sensor, and the slides
 // of a log as replay finds them.
 
+#include "native.h"
+
 #include "log/verdict.h"
+#include "loop/compensator_config.h"
 #include "plant/plant.h"
 #include "tribo/friction_f32.h"
 
@@ -9,53 +12,25 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum
+static common_friction_config_t friction_of(const identify_params_t *p)
 {
-    K_MIN,
-    K_MAX,
-    M,
-    V0,
-    OFFSET_POSITIVE,
-    SLOPE_POSITIVE,
-    OFFSET_NEGATIVE,
-    SLOPE_NEGATIVE,
-    SET_LEVEL,
-    RESET_LEVEL,
-    PULSE_WIDTH,
-    GRAVITY,
-    SCALE, ///< of the command
-    INERTIA,
-    DAMPING,
-    STIFFNESS,
-    ACTUATOR, ///< pole, rad/s
-    SENSOR,
-    PARAMETERS
-};
+    return (common_friction_config_t){.k_min         = p->k_min,
+                                      .k_max         = p->k_max,
+                                      .m             = p->m,
+                                      .v0_n_per_s    = p->v0,
+                                      .set_level     = p->set_level,
+                                      .reset_level   = p->reset_level,
+                                      .pulse_width_s = p->pulse_width,
+                                      .gravity_n     = p->gravity,
+                                      .breakaway     = {.offset_n          = p->offset_positive,
+                                                        .slope             = p->slope_positive,
+                                                        .negative_offset_n = {true, p->offset_negative},
+                                                        .negative_slope    = {true, p->slope_negative}}};
+}
 
-enum
+static common_arm_config_t arm_of(const identify_params_t *p)
 {
-    SETS_MAX = 4
-};
-
-const int identify_parameters = PARAMETERS;
-const int identify_sets_max   = SETS_MAX;
-
-static tribo_compensator_f32_config_t config_of(const double *p, const tribo_breakaway_point_f32_t *table, int points)
-{
-    return (tribo_compensator_f32_config_t){
-        .friction = {.k_min         = (float)p[K_MIN],
-                     .k_max         = (float)p[K_MAX],
-                     .m             = (float)p[M],
-                     .v0_n_per_s    = (float)p[V0],
-                     .positive      = {.offset_n = (float)p[OFFSET_POSITIVE], .slope = (float)p[SLOPE_POSITIVE]},
-                     .negative      = {.offset_n = (float)p[OFFSET_NEGATIVE], .slope = (float)p[SLOPE_NEGATIVE]},
-                     .table         = points > 0 ? table : NULL,
-                     .table_length  = (uint32_t)points,
-                     .set_level     = (float)p[SET_LEVEL],
-                     .reset_level   = (float)p[RESET_LEVEL],
-                     .pulse_width_s = (float)p[PULSE_WIDTH],
-                     .gravity_n     = (float)p[GRAVITY]},
-        .arm      = {.inertia = (float)p[INERTIA], .damping = (float)p[DAMPING], .stiffness = (float)p[STIFFNESS]}};
+    return (common_arm_config_t){.inertia = p->inertia, .damping = p->damping, .stiffness = p->stiffness};
 }
 
 /// One set of parameters, and where it is.
@@ -68,50 +43,54 @@ typedef struct
     double                         u_a, y;
 } model_t;
 
-static tribo_status_t start(model_t      *model,
-                            const double *p,
-                            const double *table,
-                            int           points,
-                            double        h,
-                            double        u,
-                            double        start_n)
+static tribo_status_t start(model_t                 *model,
+                            const identify_params_t *p,
+                            const double            *table,
+                            int                      points,
+                            double                   h,
+                            double                   u,
+                            double                   start_n)
 {
+    common_friction_config_t       friction = friction_of(p);
+    const common_arm_config_t      arm      = arm_of(p);
+    tribo_compensator_f32_config_t config   = {0};
+    friction.breakaway.table_count          = (unsigned)points;
     for (int i = 0; i < points; i++)
     {
-        model->table[i] =
-            (tribo_breakaway_point_f32_t){(float)table[3 * i], (float)table[3 * i + 1], (float)table[3 * i + 2]};
+        friction.breakaway.table[i] = (common_breakaway_point_t){table[3 * i], table[3 * i + 1], table[3 * i + 2]};
     }
-    const tribo_compensator_f32_config_t config = config_of(p, model->table, points);
-    const tribo_status_t                 status = tribo_compensator_f32_init(&model->params, &config, (float)h);
+    common_friction_config_fill(&config.friction, model->table, &friction);
+    common_arm_config_fill(&config.arm, &arm);
+    const tribo_status_t status = tribo_compensator_f32_init(&model->params, &config, (float)h);
     tribo_compensator_f32_reset(&model->state);
-    model->scale              = p[SCALE];
-    model->actuator           = p[ACTUATOR] > 0.0 ? -expm1(-p[ACTUATOR] * h) : 1.0;
-    model->sensor             = p[SENSOR] > 0.0 ? -expm1(-p[SENSOR] * h) : 1.0;
-    model->u_a                = p[SCALE] * u;
+    model->scale              = p->scale;
+    model->actuator           = p->actuator > 0.0 ? -expm1(-p->actuator * h) : 1.0;
+    model->sensor             = p->sensor > 0.0 ? -expm1(-p->sensor * h) : 1.0;
+    model->u_a                = p->scale * u;
     model->y                  = start_n;
     model->state.arm.force_n  = (float)start_n;
-    model->state.friction.n_n = (float)(model->u_a - start_n + p[GRAVITY]);
+    model->state.friction.n_n = (float)(model->u_a - start_n + p->gravity);
     return status;
 }
 
 /// y of a segment from its u, each held for one interval that is cut into `substeps`; for `sets` of parameters side by side, as one step waits
 /// for the last. F begins at `start_n`. `table` has three numbers a point. Returns the status of the library, 0 for success.
-int identify_simulate(const double *p,
-                      const double *table,
-                      int           points,
-                      int           sets,
-                      const double *u,
-                      size_t        rows,
-                      double        interval_s,
-                      int           substeps,
-                      double        start_n,
-                      double       *y)
+int identify_simulate(const identify_params_t *p,
+                      const double            *table,
+                      int                      points,
+                      int                      sets,
+                      const double            *u,
+                      size_t                   rows,
+                      double                   interval_s,
+                      int                      substeps,
+                      double                   start_n,
+                      double                  *y)
 {
-    model_t models[SETS_MAX];
+    model_t models[IDENTIFY_SETS_MAX];
     for (int m = 0; m < sets; m++)
     {
         const tribo_status_t status = start(&models[m],
-                                            &p[m * PARAMETERS],
+                                            &p[m],
                                             &table[(size_t)m * 3 * (size_t)points],
                                             points,
                                             interval_s / substeps,
@@ -161,14 +140,14 @@ static void own_of(const common_key_t *key, const double *given, void *own)
 /// y of tribo-sim's plant from u, each held for one interval that is cut into `substeps`. It begins at rest, at F = 0.
 /// `truth` is the model of the arm's friction, `given` SIM_TRUTH_DOUBLES_MAX of its own parameters as own_of has them,
 /// without whole numbers. 0, or -1 for an unknown model or without memory.
-int identify_play(const char   *truth,
-                  const double *p,
-                  const double *given,
-                  const double *u,
-                  size_t        rows,
-                  double        interval_s,
-                  int           substeps,
-                  double       *y)
+int identify_play(const char              *truth,
+                  const identify_params_t *p,
+                  const double            *given,
+                  const double            *u,
+                  size_t                   rows,
+                  double                   interval_s,
+                  int                      substeps,
+                  double                  *y)
 {
     double own[SIM_TRUTH_DOUBLES_MAX];
     int    model = 0;
@@ -181,25 +160,11 @@ int identify_play(const char   *truth,
         return -1;
     }
     own_of(sim_truth_models[model]->keys, given, own);
-    const sim_plant_config_t config = {
-        .step_s                  = interval_s / substeps,
-        .actuator_pole_rad_per_s = p[ACTUATOR],
-        .sensor_pole_rad_per_s   = p[SENSOR],
-        .truth                   = {.friction = {.k_min         = p[K_MIN],
-                                                 .k_max         = p[K_MAX],
-                                                 .m             = p[M],
-                                                 .v0_n_per_s    = p[V0],
-                                                 .set_level     = p[SET_LEVEL],
-                                                 .reset_level   = p[RESET_LEVEL],
-                                                 .pulse_width_s = p[PULSE_WIDTH],
-                                                 .gravity_n     = p[GRAVITY],
-                                                 .breakaway     = {.offset_n          = p[OFFSET_POSITIVE],
-                                                                   .slope             = p[SLOPE_POSITIVE],
-                                                                   .negative_offset_n = {true, p[OFFSET_NEGATIVE]},
-                                                                   .negative_slope    = {true, p[SLOPE_NEGATIVE]}}},
-                                    .arm      = {.inertia = p[INERTIA], .damping = p[DAMPING], .stiffness = p[STIFFNESS]},
-                                    .own      = own}};
-    sim_plant_t *const plant = sim_plant_create(&config, sim_truth_models[model]);
+    const sim_plant_config_t config = {.step_s                  = interval_s / substeps,
+                                       .actuator_pole_rad_per_s = p->actuator,
+                                       .sensor_pole_rad_per_s   = p->sensor,
+                                       .truth = {.friction = friction_of(p), .arm = arm_of(p), .own = own}};
+    sim_plant_t *const       plant  = sim_plant_create(&config, sim_truth_models[model]);
     if (plant == NULL)
     {
         return -1;
@@ -210,7 +175,7 @@ int identify_play(const char   *truth,
         for (int i = 0; i < substeps; i++)
         {
             sim_plant_signals_t signals;
-            sim_plant_step(plant, p[SCALE] * u[k], &signals);
+            sim_plant_step(plant, p->scale * u[k], &signals);
         }
     }
     sim_plant_destroy(plant);

@@ -5,28 +5,38 @@
 
 #include <stddef.h>
 
-extern const int identify_parameters;
-extern const int identify_sets_max;
+typedef struct
+{
+    double k_min, k_max, m, v0, offset_positive, slope_positive, offset_negative, slope_negative;
+    double set_level, reset_level, pulse_width, gravity, inertia, damping, stiffness;
+    double scale;            ///< of the command
+    double actuator, sensor; ///< pole, rad/s
+} identify_params_t;
 
-int identify_simulate(const double *p,
-                      const double *table,
-                      int           points,
-                      int           sets,
-                      const double *u,
-                      size_t        rows,
-                      double        interval_s,
-                      int           substeps,
-                      double        start_n,
-                      double       *y);
+enum
+{
+    IDENTIFY_SETS_MAX = 4 ///< in one simulation
+};
 
-int identify_play(const char   *truth,
-                  const double *p,
-                  const double *given,
-                  const double *u,
-                  size_t        rows,
-                  double        interval_s,
-                  int           substeps,
-                  double       *y);
+int identify_simulate(const identify_params_t *p,
+                      const double            *table,
+                      int                      points,
+                      int                      sets,
+                      const double            *u,
+                      size_t                   rows,
+                      double                   interval_s,
+                      int                      substeps,
+                      double                   start_n,
+                      double                  *y);
+
+int identify_play(const char              *truth,
+                  const identify_params_t *p,
+                  const double            *given,
+                  const double            *u,
+                  size_t                   rows,
+                  double                   interval_s,
+                  int                      substeps,
+                  double                  *y);
 
 const char *identify_status_text(int status);
 

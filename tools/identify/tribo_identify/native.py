@@ -11,17 +11,19 @@ from tribo._wide import ffi, lib
 
 from tribo_design.errors import DesignError, InputError
 
-NAMES = ("k_min", "k_max", "m", "v0", "offset_positive", "slope_positive", "offset_negative", "slope_negative", "set_level", "reset_level", "pulse_width",
-         "gravity", "scale", "inertia", "damping", "stiffness", "actuator", "sensor")
+NAMES = [name for name, _ in ffi.typeof("identify_params_t").fields]
 PAPER = dict(k_min=6.0, k_max=20.0, m=3.0, v0=0.007, offset_positive=0.007, slope_positive=0.3, offset_negative=0.007, slope_negative=0.3, set_level=0.75,
              reset_level=0.8, pulse_width=0.003, gravity=0.0, scale=1.0, inertia=1.2e-4, damping=0.0288, stiffness=3.84, actuator=200.0, sensor=55.0, delay=0.0)
-SETS_MAX = 4  # of parameters in one simulation
+SETS_MAX = lib.IDENTIFY_SETS_MAX  # of parameters in one simulation
 OWN_MAX = 16  # of a truth model's own parameters
-assert lib.identify_parameters == len(NAMES) and lib.identify_sets_max == SETS_MAX
 
 
 def _doubles(array):
     return ffi.from_buffer("double *", np.ascontiguousarray(array, float))
+
+
+def _structs(params):
+    return ffi.new("identify_params_t[]", [{name: one[name] for name in NAMES} for one in params])
 
 
 def simulate(params, u, interval_s, start_n, substeps=10, table=()):
@@ -31,10 +33,9 @@ def simulate(params, u, interval_s, start_n, substeps=10, table=()):
 
 def simulate_sets(params, u, interval_s, start_n, substeps, tables):
     """The same for each of several params, and their tables of one length."""
-    p = np.array([[one[name] for name in NAMES] for one in params], float)
-    points = np.array(tables, float).reshape(len(p), -1)
-    y = np.empty((len(p), len(u)))
-    status = lib.identify_simulate(_doubles(p), _doubles(points if points.size else np.zeros(3)), points.shape[1] // 3, len(p), _doubles(u), len(u), interval_s, substeps, start_n,
+    points = np.array(tables, float).reshape(len(params), -1)
+    y = np.empty((len(params), len(u)))
+    status = lib.identify_simulate(_structs(params), _doubles(points if points.size else np.zeros(3)), points.shape[1] // 3, len(params), _doubles(u), len(u), interval_s, substeps, start_n,
                                    _doubles(y))
     if status != 0:
         raise DesignError(f"the library refuses these parameters: {ffi.string(lib.identify_status_text(status)).decode()}")
@@ -49,7 +50,7 @@ def late(y, delay_s, interval_s):
 def play(truth, own, params, u, interval_s, substeps):
     """y of tribo-sim's plant with a truth model and its own parameters, in their order, as far as they are not the default. At rest at F = 0 in the beginning."""
     y, given = np.empty(len(u)), [*own.values(), *[np.nan] * (OWN_MAX - len(own))]
-    if lib.identify_play(truth.encode(), _doubles([params[name] for name in NAMES]), _doubles(given), _doubles(u), len(u), interval_s, substeps, _doubles(y)) != 0:
+    if lib.identify_play(truth.encode(), _structs([params]), _doubles(given), _doubles(u), len(u), interval_s, substeps, _doubles(y)) != 0:
         raise DesignError(f"no plant with a truth model {truth}, or out of memory")
     return late(y, params["delay"], interval_s)
 

@@ -56,6 +56,11 @@ static inline uint32_t less(double a, double b)
     return a < b;
 }
 
+static inline double limit_f32(double x, double min, double max)
+{
+    return fmax(fmin(x, max), min);
+}
+
 static inline void count(uint32_t *counter)
 {
     const uint32_t next = *counter + 1u;

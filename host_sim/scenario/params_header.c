@@ -1,10 +1,24 @@
-#include "sim/params_header.h"
+// Compiled once for each arithmetic.
+
+#include "scenario/params_header.h"
+
+#include "tribo_arithmetic.h"
 
 #include <ctype.h>
 #include <inttypes.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
+
+#if TRIBO_IS_Q31
+#define UPPER "Q31"
+#define IN_F32(...)
+#define IN_Q31(...) __VA_ARGS__,
+#else
+#define UPPER       "F32"
+#define IN_F32(...) __VA_ARGS__,
+#define IN_Q31(...)
+#endif
 
 // --- the fields of params ------------------------------------------------------------------------------------------
 
@@ -40,100 +54,66 @@ typedef struct field
 // clang-format off
 // NOLINTBEGIN(bugprone-macro-parentheses,bugprone-sizeof-expression): the arguments are names, one of them of a pointer
 #define KIND(x) _Generic((x), float: FLOAT, uint8_t: UINT8, uint16_t: UINT16, uint32_t: UINT32, int32_t: INT32, int64_t: INT64, bool: BOOL, \
-    const tribo_force_loop_f32_method_t *: METHOD, const tribo_force_loop_q31_method_t *: METHOD, \
-    const tribo_guard_f32_params_t *: GUARD, const tribo_guard_q31_params_t *: GUARD, \
-    tribo_force_loop_f32_method_t: FUNCTIONS, tribo_force_loop_q31_method_t: FUNCTIONS, \
-    const tribo_breakaway_point_f32_t *: TABLE, const tribo_breakaway_point_q31_t *: TABLE, default: GUARD_STEP)
+    const TRIBO(force_loop, method_t) *: METHOD, const TRIBO(guard, params_t) *: GUARD, TRIBO(force_loop, method_t): FUNCTIONS, \
+    const tribo_point_t *: TABLE, default: GUARD_STEP)
 #define AT(member) (((T *)0)->member)
-#define F(member) {.name = #member, .kind = KIND(AT(member)), .offset = offsetof(T, member), .size = sizeof AT(member)}
-#define ARRAY(member) {.name = #member, .kind = KIND(AT(member[0])), .offset = offsetof(T, member), .size = sizeof AT(member[0]), .count = sizeof AT(member) / sizeof AT(member[0])}
-#define S(member, rows_) {.name = #member, .kind = STRUCT, .offset = offsetof(T, member), .size = sizeof AT(member), .rows = (rows_)}
-#define SMALLS(member, rows_) {.name = #member, .kind = SMALL, .offset = offsetof(T, member), .size = sizeof AT(member[0]), \
-    .count = sizeof AT(member) / sizeof AT(member[0]), .rows = (rows_)}
-#define STRUCTS(member, counter_, rows_) {.name = #member, .kind = STRUCT, .offset = offsetof(T, member), .size = sizeof AT(member[0]), .count = 1, \
+#define TEXT(member) #member
+#define PLACE(member) .name = TEXT(member), .offset = offsetof(T, member)
+#define F(member) {PLACE(member), .kind = KIND(AT(member)), .size = sizeof AT(member)}
+#define ARRAY(member) {PLACE(member), .kind = KIND(AT(member[0])), .size = sizeof AT(member[0]), .count = sizeof AT(member) / sizeof AT(member[0])}
+#define S(member, rows_) {PLACE(member), .kind = STRUCT, .size = sizeof AT(member), .rows = (rows_)}
+#define SMALLS(member, rows_) {PLACE(member), .kind = SMALL, .size = sizeof AT(member[0]), .count = sizeof AT(member) / sizeof AT(member[0]), .rows = (rows_)}
+#define STRUCTS(member, counter_, rows_) {PLACE(member), .kind = STRUCT, .size = sizeof AT(member[0]), .count = 1, \
     .counter = offsetof(T, counter_), .counter_size = sizeof AT(counter_), .rows = (rows_)}
 #define END {.name = NULL}
 
-#define T tribo_biquad_f32_section_t
-static const field_t section_f32[] = {F(b0), F(b1), F(b2), F(a1), F(a2), END};
+#define T TRIBO(biquad, section_t)
+static const field_t section[] = {F(b0), IN_F32(F(b1), F(b2), F(a1), F(a2))
+    IN_Q31(F(c1), F(minus_a1), F(c2), F(d2), F(d2_low), F(shift), F(scale)) END};
 #undef T
-#define T tribo_biquad_f32_params_t
-static const field_t cascade_f32[] = {STRUCTS(section, count, section_f32), F(count), END};
+#define T TRIBO(biquad, params_t)
+static const field_t cascade[] = {STRUCTS(section, count, section), F(count), IN_Q31(F(input_scale), F(output_scale)) END};
 #undef T
-#define T tribo_controller_f32_params_t
-static const field_t controller_f32[] = {S(cascade, cascade_f32), F(anti_windup), F(u_min_n), F(u_max_n), END};
+#define T TRIBO(controller, params_t)
+static const field_t controller[] = {S(cascade, cascade), F(anti_windup), IN_Q31(F(taken_max)) F(TRIBO_N(u_min)), F(TRIBO_N(u_max)),
+    IN_Q31(F(anti_windup_shift)) END};
 #undef T
-#define T tribo_breakaway_f32_t
-static const field_t law_f32[] = {F(offset_n), F(slope), END};
+#define T TRIBO(breakaway, t)
+static const field_t law[] = {F(TRIBO_N(offset)), F(slope), END};
 #undef T
-#define T tribo_breakaway_point_f32_t
-static const field_t point_f32[] = {F(force_n), F(positive_n), F(negative_n), END};
+#define T tribo_point_t
+static const field_t point[] = {F(TRIBO_N(force)), F(TRIBO_N(positive)), F(TRIBO_N(negative)), END};
 #undef T
+#if !TRIBO_IS_Q31
 #define T tribo_friction_f32_k_t
-static const field_t k_f32[] = {F(at_0), F(per_power), END};
+static const field_t k[] = {F(at_0), F(per_power), END};
 #undef T
-#define T tribo_friction_f32_params_t
-static const field_t friction_f32[] = {F(rate_hz), F(exponent_per_rise), F(exponent_at_rest), SMALLS(k, k_f32), SMALLS(law, law_f32),
-    F(table), F(set_level), F(reset_level), F(gravity_n), F(table_length), F(pulse_width), END};
+#endif
+#define T TRIBO(friction, params_t)
+static const field_t friction[] = {IN_F32(F(rate_hz), F(exponent_per_rise)) IN_Q31(F(rise_max), F(exponent_rate)) F(exponent_at_rest),
+    IN_F32(SMALLS(k, k)) IN_Q31(F(k_min), F(k_max)) SMALLS(law, law), F(table), F(set_level), F(reset_level), F(TRIBO_N(gravity)),
+    IN_Q31(ARRAY(law_whole), F(rise_shift), F(k_shift), F(is_shallow)) F(table_length), F(pulse_width), END};
 #undef T
-#define T tribo_arm_f32_params_t
-static const field_t arm_f32[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), END};
+#define T TRIBO(arm, params_t)
+static const field_t arm[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), IN_Q31(F(shift)) END};
 #undef T
-#define T tribo_compensator_f32_params_t
-static const field_t compensator_f32[] = {S(friction, friction_f32), S(arm, arm_f32), END};
+#define T TRIBO(compensator, params_t)
+static const field_t compensator[] = {S(friction, friction), S(arm, arm), END};
 #undef T
-#define T tribo_force_loop_f32_params_t
-static const field_t loop_f32[] = {F(input_max_n), F(gain), S(controller, controller_f32), S(compensator, compensator_f32), F(method), F(guard), END};
+#define T TRIBO(force_loop, params_t)
+static const field_t loop_fields[] = {F(TRIBO_N(input_max)), F(gain), S(controller, controller), S(compensator, compensator), F(method), F(guard), END};
 #undef T
 #define T tribo_feedforward_learning_t
 static const field_t learning[] = {F(breakaway_n), F(reversal_n), ARRAY(per_n), ARRAY(deviation), F(jump_lag), F(forgetting_per_n), F(trust), F(unit_n), END};
 #undef T
-#define T tribo_feedforward_f32_params_t
-static const field_t feedforward_f32[] = {
+#define T TRIBO(feedforward, params_t)
+static const field_t feedforward[] = {
     F(method), F(input_max), F(offset_max), F(reversal), ARRAY(stop_gain), F(jump), F(lead_gain), F(lag_gain), F(damping_gain),
     F(step), F(noise_floor), F(noise_part), F(slow_part), F(fast_part), F(lag_part), F(actuator_part), F(sensor_part),
     F(leak_part), F(trust), F(still_ticks), F(quick_ticks), S(learning, learning), END};
 #undef T
-
-#define T tribo_biquad_q31_section_t
-static const field_t section_q31[] = {F(b0), F(c1), F(minus_a1), F(c2), F(d2), F(d2_low), F(shift), F(scale), END};
-#undef T
-#define T tribo_biquad_q31_params_t
-static const field_t cascade_q31[] = {STRUCTS(section, count, section_q31), F(count), F(input_scale), F(output_scale), END};
-#undef T
-#define T tribo_controller_q31_params_t
-static const field_t controller_q31[] = {S(cascade, cascade_q31), F(anti_windup), F(taken_max), F(u_min), F(u_max), F(anti_windup_shift), END};
-#undef T
-#define T tribo_breakaway_q31_t
-static const field_t law_q31[] = {F(offset), F(slope), END};
-#undef T
-#define T tribo_breakaway_point_q31_t
-static const field_t point_q31[] = {F(force), F(positive), F(negative), END};
-#undef T
-#define T tribo_friction_q31_params_t
-static const field_t friction_q31[] = {F(rise_max), F(exponent_rate), F(exponent_at_rest), F(k_min), F(k_max), SMALLS(law, law_q31),
-    F(table), F(set_level), F(reset_level), F(gravity), ARRAY(law_whole), F(rise_shift), F(k_shift), F(is_shallow), F(table_length), F(pulse_width), END};
-#undef T
-#define T tribo_arm_q31_params_t
-static const field_t arm_q31[] = {F(phi_d), F(phi_g), F(gamma_d), F(gamma_g), F(shift), END};
-#undef T
-#define T tribo_compensator_q31_params_t
-static const field_t compensator_q31[] = {S(friction, friction_q31), S(arm, arm_q31), END};
-#undef T
-#define T tribo_force_loop_q31_params_t
-static const field_t loop_q31[] = {F(input_max), F(gain), S(controller, controller_q31), S(compensator, compensator_q31), F(method), F(guard), END};
-#undef T
-#define T tribo_feedforward_q31_params_t
-static const field_t feedforward_q31[] = {
-    F(method), F(input_max), F(offset_max), F(reversal), ARRAY(stop_gain), F(jump), F(lead_gain), F(lag_gain), F(damping_gain),
-    F(step), F(noise_floor), F(noise_part), F(slow_part), F(fast_part), F(lag_part), F(actuator_part), F(sensor_part),
-    F(leak_part), F(trust), F(still_ticks), F(quick_ticks), S(learning, learning), END};
-#undef T
-#define T tribo_guard_f32_params_t
-static const field_t guard_f32[] = {F(step), F(on), F(half_n), F(stray_n), F(work), F(fade_step), F(quick_ticks), END};
-#undef T
-#define T tribo_guard_q31_params_t
-static const field_t guard_q31[] = {F(step), F(on), F(half), F(stray), F(work), F(fade_step), F(quick_ticks), END};
+#define T TRIBO(guard, params_t)
+static const field_t guard[] = {F(step), F(on), F(TRIBO_N(half)), F(TRIBO_N(stray)), F(work), F(fade_step), F(quick_ticks), END};
 #undef T
 // NOLINTEND(bugprone-macro-parentheses,bugprone-sizeof-expression)
 // clang-format on
@@ -144,8 +124,6 @@ typedef struct
 {
     FILE       *stream;
     const char *name;   ///< of the params
-    const char *suffix; ///< of their arithmetic
-    const char *upper;  ///< likewise, F32 or Q31
     const char *method; ///< in the name of its function
 } sheet_t;
 
@@ -208,10 +186,10 @@ static void put_scalar(const sheet_t *sheet, const field_t *field, const char *a
         put_address(sheet, field->kind, pointer != NULL);
         break;
     case FUNCTIONS: // params begin with them
-        (void)fprintf(sheet->stream, "{tribo_%s_%s_method}", sheet->method, sheet->suffix);
+        (void)fprintf(sheet->stream, "{tribo_%s_" TRIBO_ARITHMETIC "_method}", sheet->method);
         break;
     case GUARD_STEP:
-        (void)fprintf(sheet->stream, "tribo_guard_%s_step", sheet->suffix);
+        (void)fputs("tribo_guard_" TRIBO_ARITHMETIC "_step", sheet->stream);
         break;
     default:
         (void)fprintf(sheet->stream, "%" PRIu32 "u", unsigned_at(at, field->size));
@@ -289,60 +267,37 @@ static void put_rows(const sheet_t *sheet, const field_t *rows, const char *at, 
     }
 }
 
-static const void *feedforward_of(const sim_loop_t *loop)
-{
-    return loop->q31 ? (const void *)loop->in_q31.params.method : (const void *)loop->in_f32.params.method;
-}
-
-static const void *guard_of(const sim_loop_t *loop)
-{
-    return loop->q31 ? (const void *)loop->in_q31.params.guard : (const void *)loop->in_f32.params.guard;
-}
-
 /// Params of a part, `noun`, if there are any.
 static void put_own(const sheet_t *sheet, const char *noun, const field_t *rows, const void *params)
 {
     if (params != NULL)
     {
         (void)fprintf(sheet->stream,
-                      "static const tribo_%s_%s_params_t %s_%s = {\n",
+                      "static const tribo_%s_" TRIBO_ARITHMETIC "_params_t %s_%s = {\n",
                       noun,
-                      sheet->suffix,
                       sheet->name,
-                      noun);
+                      strcmp(noun, "force_loop") == 0 ? "params" : noun);
         put_rows(sheet, rows, params, 4);
         (void)fputs("};\n", sheet->stream);
     }
 }
 
 /// The breakaway table, if there is one, and the params.
-static void put_loop(const sheet_t *sheet, const sim_loop_t *loop)
+static void put_loop(const sheet_t *sheet, const TRIBO(force_loop, params_t) * params)
 {
-    const bool     q31    = loop->q31;
-    const void    *table  = loop->in_f32.params.compensator.friction.table;
-    uint32_t       points = loop->in_f32.params.compensator.friction.table_length;
-    const field_t  point  = {.kind = SMALL,
-                             .size = q31 ? sizeof(tribo_breakaway_point_q31_t) : sizeof(tribo_breakaway_point_f32_t),
-                             .rows = q31 ? point_q31 : point_f32};
-    const field_t *rows   = q31 ? loop_q31 : loop_f32;
-    if (q31)
+    const field_t points                = {.kind = SMALL, .size = sizeof(tribo_point_t), .rows = point};
+    const TRIBO(friction, params_t) *in = &params->compensator.friction;
+    if (in->table != NULL)
     {
-        table  = loop->in_q31.params.compensator.friction.table;
-        points = loop->in_q31.params.compensator.friction.table_length;
-    }
-    if (table != NULL)
-    {
-        (void)
-            fprintf(sheet->stream, "static const tribo_breakaway_point_%s_t %s_table[] = ", sheet->suffix, sheet->name);
-        put_structs(sheet, &point, table, points, 0);
+        (void)fprintf(sheet->stream,
+                      "static const tribo_breakaway_point_" TRIBO_ARITHMETIC "_t %s_table[] = ",
+                      sheet->name);
+        put_structs(sheet, &points, (const char *)in->table, in->table_length, 0);
         (void)fputs(";\n", sheet->stream);
     }
-    put_own(sheet, "feedforward", q31 ? feedforward_q31 : feedforward_f32, feedforward_of(loop));
-    put_own(sheet, "guard", q31 ? guard_q31 : guard_f32, guard_of(loop));
-    (void)
-        fprintf(sheet->stream, "static const tribo_force_loop_%s_params_t %s_params = {\n", sheet->suffix, sheet->name);
-    put_rows(sheet, rows, q31 ? (const char *)&loop->in_q31.params : (const char *)&loop->in_f32.params, 4);
-    (void)fputs("};\n", sheet->stream);
+    put_own(sheet, "feedforward", feedforward, params->method);
+    put_own(sheet, "guard", guard, params->guard);
+    put_own(sheet, "force_loop", loop_fields, params);
 }
 
 // --- the header around them ----------------------------------------------------------------------------------------
@@ -375,7 +330,7 @@ static void put_comment(FILE *stream, const sim_params_header_t *header)
         "///\n"
         "///     scenario     ",
         header->name,
-        header->loop->q31 ? "Q31" : "f32");
+        TRIBO_EITHER("f32", "Q31"));
     put_quoted(stream, header->scenario);
     for (int i = 0; i < header->set_count; i++)
     {
@@ -388,7 +343,7 @@ static void put_comment(FILE *stream, const sim_params_header_t *header)
         put_quoted(stream, header->description);
     }
     (void)fprintf(stream, "\n///     tick         %g s\n", (double)config->sample_time_s);
-    if (header->loop->q31)
+    if (TRIBO_IS_Q31)
     {
         (void)fprintf(stream, "///     full scale   %g N is 2^31\n", header->loop->full_scale_n);
     }
@@ -413,44 +368,37 @@ static void put_define(FILE *stream, const sim_params_header_t *header, const ch
     (void)fprintf(stream, "_%s %.8ef\n", what, value);
 }
 
-void sim_params_header_write(FILE *stream, const sim_params_header_t *header)
+void TRIBO_PART(sim_params_header, write)(FILE *stream, const sim_params_header_t *header)
 {
-    const bool        q31         = header->loop->q31;
-    const char *const upper       = q31 ? "Q31" : "F32";
-    const int         versions[2] = {TRIBO_FORCE_LOOP_F32_PARAMS_VERSION, TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION};
-    const char *const guards[2]   = {"#ifndef ", "#define "};
+    const TRIBO(force_loop, params_t) *params = &TRIBO_EITHER(header->loop->in_f32, header->loop->in_q31).params;
+    const char *const guards[2]               = {"#ifndef ", "#define "};
     put_comment(stream, header);
     // The guard contains the arithmetic: with one name in both, neither header is skipped and the compiler reports a redeclaration.
     for (size_t i = 0; i < 2; i++)
     {
         (void)fputs(guards[i], stream);
         put_upper(stream, header->name);
-        (void)fprintf(stream, "_PARAMS_%s_H\n", upper);
+        (void)fputs("_PARAMS_" UPPER "_H\n", stream);
     }
-    const char *const suffix = q31 ? "q31" : "f32";
     (void)fprintf(stream,
-                  "\n#include \"tribo/%s_%s.h\"\n\n"
-                  "#if TRIBO_FORCE_LOOP_%s_PARAMS_VERSION != %d\n"
+                  "\n#include \"tribo/%s_" TRIBO_ARITHMETIC ".h\"\n\n"
+                  "#if TRIBO_FORCE_LOOP_" UPPER "_PARAMS_VERSION != %d\n"
                   "#error \"made for another version of tribo: run tribo-sim params again\"\n"
                   "#endif\n\n"
                   "#if defined(__cplusplus) && __cplusplus < 202002L && defined(__GNUC__)\n"
                   "#pragma GCC system_header // no warning that members are named as in C and C++20\n"
                   "#endif\n\n// clang-format off\n",
-                  header->is_sensorless || feedforward_of(header->loop) != NULL ? "feedforward" : "force_loop",
-                  suffix,
-                  upper,
-                  versions[q31]);
+                  header->is_sensorless || params->method != NULL ? "feedforward" : "force_loop",
+                  TRIBO_EITHER(TRIBO_FORCE_LOOP_F32_PARAMS_VERSION, TRIBO_FORCE_LOOP_Q31_PARAMS_VERSION));
     put_define(stream, header, "SAMPLE_TIME_S", (double)header->config->sample_time_s);
-    if (q31)
+    if (TRIBO_IS_Q31)
     {
         put_define(stream, header, "FULL_SCALE_N", (double)(float)header->loop->full_scale_n);
     }
     (void)fputs("\n", stream);
     put_loop(&(sheet_t){.stream = stream,
                         .name   = header->name,
-                        .suffix = suffix,
-                        .upper  = upper,
                         .method = header->is_sensorless ? "sensorless" : "feedforward"},
-             header->loop);
+             params);
     (void)fputs("// clang-format on\n\n#endif\n", stream);
 }

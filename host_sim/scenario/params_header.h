@@ -22,6 +22,7 @@ typedef struct
 
 /// Writes a header that declares NAME_params, its table if there is one, NAME_SAMPLE_TIME_S and in Q31 NAME_FULL_SCALE_N,
 /// bit for bit as made by the library's init function. Check ferror(stream) afterwards.
-void sim_params_header_write(FILE *stream, const sim_params_header_t *header);
+void sim_params_header_f32_write(FILE *stream, const sim_params_header_t *header);
+void sim_params_header_q31_write(FILE *stream, const sim_params_header_t *header);
 
 #endif
