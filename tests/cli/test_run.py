@@ -47,6 +47,12 @@ def test_feedforward_leaves_a_twentieth_of_the_error(sim, arithmetic):
     assert summary["max_error_N"] <= 0.0035
 
 
+def test_a_pi_has_the_errors_that_the_control_engineers_page_says(sim):
+    pi = ("--set", "controller.kind=pi", "--set", "controller.kp=1", "--set", "controller.ki_per_s=56")
+    assert sim.summary("triangle", *pi)["rms_error_N"] == pytest.approx(0.00016, rel=0.05)
+    assert sim.summary("triangle", *pi, "--set", "compensator.method=off")["rms_error_N"] == pytest.approx(0.00212, rel=0.01)
+
+
 def test_without_a_method_nothing_is_compensated(sim):
     off = sim.trace("ramp", "--set", "compensator.method=off")
     assert off == sim.trace("ramp", *PAPER, "--set", "compensator.gain=0")
