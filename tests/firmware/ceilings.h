@@ -1,6 +1,7 @@
 // Of a board: no client that has the key makes its detectors blind. Each param that protects goes to each end that the board allows, alone
 // and the residual's model with all of its params together; then a sensor that shows 0 N, one that shows the wrong sign and a lost
-// contact must stop the drive, whether they were so from the start or break later. The arm is that of own_plant.h. For a test that includes its board's rig_config.h first.
+// contact must stop the drive, whether they were so from the start or break later. The arm is that of own_plant.h. A test includes its
+// board's convert.h and rig_config.h first, and RIG_CONFIG is the config of its rig.
 
 #ifndef TESTS_FIRMWARE_CEILINGS_H
 #define TESTS_FIRMWARE_CEILINGS_H
@@ -239,6 +240,54 @@ static void check_model(const params_ceiling_t *ceilings, uint32_t count)
     }
     TEST_ASSERT_TRUE(is_taken(ceilings, count));
     check_blindness("the whole model", ceilings, count);
+}
+
+#define CEILINGS rig_ceilings, sizeof rig_ceilings / sizeof rig_ceilings[0]
+
+void setUp(void)
+{
+    board_init(&board, 0);
+    board.port.sensor           = (port_range_t)CONVERT_SENSOR_RANGE;
+    board.port.output           = (port_range_t)CONVERT_OUTPUT_RANGE;
+    const drive_config_t config = RIG_CONFIG;
+    defaults                    = params_default_of(&config);
+}
+
+void tearDown(void)
+{
+}
+
+static void test_the_boards_own_params_run_and_stop(void)
+{
+    params.set = defaults;
+    TEST_ASSERT_TRUE(is_taken(CEILINGS));
+    TEST_ASSERT_TRUE(runs_on(HEALTHY, HEALTHY_TICKS));
+    check_blindness("defaults", CEILINGS);
+}
+
+static void test_no_param_at_an_end_makes_the_drive_blind(void)
+{
+    check_ends_of_all(CEILINGS);
+}
+
+static void test_nor_do_all_of_the_residuals_model(void)
+{
+    check_model(CEILINGS);
+}
+
+static void test_checks_that_no_break_shows_stay_on(void)
+{
+    check_others(CEILINGS);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_the_boards_own_params_run_and_stop);
+    RUN_TEST(test_no_param_at_an_end_makes_the_drive_blind);
+    RUN_TEST(test_nor_do_all_of_the_residuals_model);
+    RUN_TEST(test_checks_that_no_break_shows_stay_on);
+    return UNITY_END();
 }
 
 #endif

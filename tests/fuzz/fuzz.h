@@ -15,8 +15,8 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/// How many inputs so far were good ones. A corpus that has none has gone stale.
-unsigned fuzz_good_inputs(void);
+/// How many inputs so far were good ones, which each target counts. A corpus that has none has gone stale.
+extern unsigned fuzz_good;
 
 /// The bytes as text, up to a zero byte; to be freed.
 static inline char *fuzz_text(const uint8_t *data, size_t size)

@@ -6,12 +6,7 @@
 #include "scenario/config.h"
 #include "scenario/loop.h"
 
-static unsigned good;
-
-unsigned fuzz_good_inputs(void)
-{
-    return good;
-}
+unsigned fuzz_good;
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
@@ -28,7 +23,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         sim_loop_t           loop;
         common_loop_config_fill(&config, common_scenario_loop(scenario));
         ALWAYS(sim_loop_init(&loop, false, &config, 2.0) == TRIBO_OK);
-        good++;
+        fuzz_good++;
     }
     common_scenario_destroy(scenario);
     free(text);
