@@ -15,11 +15,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static char path[64];
+static char           path[64];
+static recorder_t    *recorder;
+static common_error_t error;
+static uint64_t       written, dropped;
 
 void setUp(void)
 {
     (void)snprintf(path, sizeof path, "/tmp/tribo-recorder-%d", (int)getpid());
+    error   = (common_error_t){""};
+    written = dropped = 0;
 }
 
 void tearDown(void)
@@ -27,9 +32,23 @@ void tearDown(void)
     (void)unlink(path);
 }
 
-static void add(recorder_t *recorder, unsigned number)
+static void start(void)
+{
+    recorder = recorder_start(path, &error);
+    TEST_ASSERT_NOT_NULL(recorder);
+}
+
+static void add(unsigned number)
 {
     recorder_add(recorder, &(recorder_row_t){.t_s = number * 1e-3, .r_n = (float)number, .fault = 7});
+}
+
+static void add_up_to(unsigned end)
+{
+    for (unsigned i = 0; i < end; i++)
+    {
+        add(i);
+    }
 }
 
 /// Rows of the file, each whole, later than the one before, and below `end`: with `end` rows none is missing.
@@ -54,24 +73,23 @@ static unsigned rows_in_order(FILE *file, unsigned end)
     return rows;
 }
 
+/// All rows that the recorder says it has written, which are of those below `end`, are there.
+static void check_file(unsigned end)
+{
+    FILE *file = fopen(path, "r");
+    TEST_ASSERT_NOT_NULL(file);
+    TEST_ASSERT_EQUAL_UINT(written, rows_in_order(file, end));
+    (void)fclose(file);
+}
+
 static void test_all_rows_come_in_order(void)
 {
-    common_error_t error    = {""};
-    uint64_t       written  = 0;
-    uint64_t       dropped  = 0;
-    recorder_t    *recorder = recorder_start(path, &error);
-    TEST_ASSERT_NOT_NULL(recorder);
-    for (unsigned i = 0; i < RECORDER_ROWS; i++)
-    {
-        add(recorder, i);
-    }
+    start();
+    add_up_to(RECORDER_ROWS);
     TEST_ASSERT_TRUE(recorder_stop(recorder, &written, &dropped, &error));
     TEST_ASSERT_EQUAL_UINT64(RECORDER_ROWS, written);
     TEST_ASSERT_EQUAL_UINT64(0, dropped);
-    FILE *file = fopen(path, "r");
-    TEST_ASSERT_NOT_NULL(file);
-    TEST_ASSERT_EQUAL_UINT(RECORDER_ROWS, rows_in_order(file, RECORDER_ROWS));
-    (void)fclose(file);
+    check_file(RECORDER_ROWS);
 }
 
 static void *count_rows(void *file)
@@ -84,23 +102,16 @@ static void *count_rows(void *file)
 /// A FIFO that nobody reads from stands for the disk.
 static void test_a_disk_that_stalls_costs_rows_not_time(void)
 {
-    const unsigned added   = 2u * RECORDER_ROWS;
-    common_error_t error   = {""};
-    uint64_t       written = 0;
-    uint64_t       dropped = 0;
+    const unsigned added = 2u * RECORDER_ROWS;
     pthread_t      reader;
     void          *rows = NULL;
     TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
     const int end = open(path, O_RDONLY | O_NONBLOCK);
     TEST_ASSERT_TRUE(end >= 0);
     TEST_ASSERT_EQUAL_INT(0, fcntl(end, F_SETFL, 0));
-    recorder_t *recorder = recorder_start(path, &error);
-    TEST_ASSERT_NOT_NULL(recorder);
+    start();
     const int64_t start_ns = realtime_now_ns();
-    for (unsigned i = 0; i < added; i++)
-    {
-        add(recorder, i);
-    }
+    add_up_to(added);
     TEST_ASSERT_TRUE(realtime_now_ns() - start_ns < INT64_C(2000000000)); // it would be for ever
     FILE *file = fdopen(end, "r");
     TEST_ASSERT_EQUAL_INT(0, pthread_create(&reader, NULL, count_rows, file));
@@ -115,17 +126,10 @@ static void test_a_disk_that_stalls_costs_rows_not_time(void)
 /// It has a reader that has stopped to read. That this returns is the test.
 static void test_a_pipe_that_nobody_empties_holds_up_no_end(void)
 {
-    common_error_t error   = {""};
-    uint64_t       written = 0;
-    uint64_t       dropped = 0;
     TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
-    const int   end      = open(path, O_RDONLY | O_NONBLOCK);
-    recorder_t *recorder = recorder_start(path, &error);
-    TEST_ASSERT_NOT_NULL(recorder);
-    for (unsigned i = 0; i < RECORDER_ROWS; i++)
-    {
-        add(recorder, i);
-    }
+    const int end = open(path, O_RDONLY | O_NONBLOCK);
+    start();
+    add_up_to(RECORDER_ROWS);
     TEST_ASSERT_FALSE(recorder_stop(recorder, &written, &dropped, &error));
     TEST_ASSERT_EQUAL_STRING("--log: Connection timed out", error.text);
     TEST_ASSERT_EQUAL_UINT64(RECORDER_ROWS, written + dropped);
@@ -152,22 +156,15 @@ static void *read_slowly(void *context)
 /// Slower than any one wait, but it reads on.
 static void test_a_slow_reader_gets_all_of_it(void)
 {
-    common_error_t error   = {""};
-    uint64_t       written = 0;
-    uint64_t       dropped = 0;
-    pthread_t      reader;
-    void          *length = NULL;
+    pthread_t reader;
+    void     *length = NULL;
     TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
     int end = open(path, O_RDONLY | O_NONBLOCK);
     TEST_ASSERT_EQUAL_INT(0, fcntl(end, F_SETFL, 0));
     TEST_ASSERT_EQUAL_INT(4096, fcntl(end, F_SETPIPE_SZ, 4096));
-    recorder_t *recorder = recorder_start(path, &error);
-    TEST_ASSERT_NOT_NULL(recorder);
+    start();
     TEST_ASSERT_EQUAL_INT(0, pthread_create(&reader, NULL, read_slowly, &end));
-    for (unsigned i = 0; i < 2000u; i++)
-    {
-        add(recorder, i);
-    }
+    add_up_to(2000u);
     TEST_ASSERT_TRUE(recorder_stop(recorder, &written, &dropped, &error));
     TEST_ASSERT_EQUAL_UINT64(2000, written);
     TEST_ASSERT_EQUAL_INT(0, pthread_join(reader, &length));
@@ -177,8 +174,7 @@ static void test_a_slow_reader_gets_all_of_it(void)
 
 static void test_a_pipe_without_a_reader_is_refused(void)
 {
-    common_error_t error = {""};
-    char           message[128];
+    char message[128];
     TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
     TEST_ASSERT_NULL(recorder_start(path, &error));
     (void)snprintf(message, sizeof message, "--log %s: nobody reads this pipe", path);
@@ -187,7 +183,6 @@ static void test_a_pipe_without_a_reader_is_refused(void)
 
 static void test_a_disk_without_room_for_a_head_is_told(void)
 {
-    common_error_t error = {""};
     TEST_ASSERT_NULL(recorder_start("/dev/full", &error));
     TEST_ASSERT_EQUAL_STRING("--log /dev/full: No space left on device", error.text);
 }
@@ -218,25 +213,17 @@ static void wait_until_said(int end, const char *what)
 
 static void test_a_full_disk_is_told_when_it_happens_and_when_it_is_over(void)
 {
-    common_error_t error   = {""};
-    uint64_t       written = 0;
-    uint64_t       dropped = 0;
-    unsigned       rows    = 0;
-    int            ends[2];
+    int ends[2];
     (void)signal(SIGXFSZ, SIG_IGN);
     TEST_ASSERT_EQUAL_INT(0, pipe(ends));
     TEST_ASSERT_EQUAL_INT(0, fcntl(ends[0], F_SETFL, O_NONBLOCK));
     const int kept = dup(STDERR_FILENO);
     (void)dup2(ends[1], STDERR_FILENO);
     limit_files(1000);
-    recorder_t *recorder = recorder_start(path, &error);
-    TEST_ASSERT_NOT_NULL(recorder);
-    for (; rows < 100u; rows++)
-    {
-        add(recorder, rows);
-    }
+    start();
+    add_up_to(100);
     wait_until_said(ends[0], "File too large; the drive goes on\n");
-    add(recorder, rows++);
+    add(100);
     limit_files(RLIM_INFINITY);
     wait_until_said(ends[0], "rows are written again; the drive goes on\n");
     const bool ok = recorder_stop(recorder, &written, &dropped, &error);
@@ -246,40 +233,26 @@ static void test_a_full_disk_is_told_when_it_happens_and_when_it_is_over(void)
     (void)close(ends[1]);
     TEST_ASSERT_FALSE(ok);
     TEST_ASSERT_EQUAL_STRING("--log: File too large", error.text);
-    TEST_ASSERT_EQUAL_UINT64(rows, written);
+    TEST_ASSERT_EQUAL_UINT64(101, written);
     TEST_ASSERT_EQUAL_UINT64(0, dropped);
-    FILE *file = fopen(path, "r");
-    TEST_ASSERT_NOT_NULL(file);
-    TEST_ASSERT_EQUAL_UINT(rows, rows_in_order(file, rows));
-    (void)fclose(file);
+    check_file(101);
 }
 
 static void test_a_disk_that_stays_full_costs_the_rows_that_it_did_not_take(void)
 {
-    common_error_t error   = {""};
-    uint64_t       written = 0;
-    uint64_t       dropped = 0;
     (void)signal(SIGXFSZ, SIG_IGN);
     limit_files(1000);
-    recorder_t *recorder = recorder_start(path, &error);
-    TEST_ASSERT_NOT_NULL(recorder);
-    for (unsigned i = 0; i < RECORDER_ROWS + 10u; i++)
-    {
-        add(recorder, i);
-    }
+    start();
+    add_up_to(RECORDER_ROWS + 10u);
     const bool ok = recorder_stop(recorder, &written, &dropped, &error);
     limit_files(RLIM_INFINITY);
     TEST_ASSERT_FALSE(ok);
     TEST_ASSERT_EQUAL_UINT64(RECORDER_ROWS + 10u, written + dropped);
-    FILE *file = fopen(path, "r");
-    TEST_ASSERT_NOT_NULL(file);
-    TEST_ASSERT_EQUAL_UINT(written, rows_in_order(file, RECORDER_ROWS + 10u)); // whole ones
-    (void)fclose(file);
+    check_file(RECORDER_ROWS + 10u); // whole ones
 }
 
 static void test_a_file_that_cannot_be_made_is_named(void)
 {
-    common_error_t error = {""};
     TEST_ASSERT_NULL(recorder_start("/nowhere/log.csv", &error));
     TEST_ASSERT_EQUAL_STRING("--log /nowhere/log.csv: No such file or directory", error.text);
 }

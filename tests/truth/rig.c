@@ -136,6 +136,18 @@ void rig_forces(const rig_t *rig, const rig_ramp_t *ramps, unsigned count, doubl
 
 #define SWINGS 50
 
+double rig_lift(const rig_t *rig, double bottom_n, double seconds)
+{
+    rig_ramp_t ramps[] = {{0.6, 3.0}, {bottom_n, 2.4}, {bottom_n, 0.1}, {0.0, 0.0}};
+    double     forces[4];
+    rig_forces(rig, ramps, 3, forces);
+    const double bottom = forces[2];
+    ramps[3]            = (rig_ramp_t){bottom + 0.9 * (0.007 + 0.3 * bottom), seconds};
+    rig_forces(rig, ramps, 4, forces);
+    printf("from %.4f N in %g s: %.2e N\n", bottom, seconds, forces[3] - bottom);
+    return forces[3] - bottom;
+}
+
 double rig_drift(const rig_t *rig, double swing_s)
 {
     rig_ramp_t ramps[3 + (2 * SWINGS)] = {{0.5, 2.0}, {0.5, 0.2}};
@@ -307,6 +319,15 @@ double rig_slide_by(rig_slide_t *slide, double distance_deg, double speed_deg_pe
         (void)rig_slide_step(slide, copysign(speed_deg_per_s, distance_deg), seconds / (double)steps);
     }
     return slide->f_n;
+}
+
+double rig_part_after(const rig_t *rig, double way_deg, double force_n)
+{
+    rig_slide_t slide;
+    rig_slide_start(&slide, rig, force_n);
+    const double part = rig_slide_by(&slide, way_deg, 0.001, 1e-4) / (0.007 + 0.3 * force_n);
+    rig_slide_end(&slide);
+    return part;
 }
 
 double rig_inner_loop(const rig_t *rig)

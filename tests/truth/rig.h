@@ -56,6 +56,9 @@ void rig_run_reference(const rig_t           *rig,
 /// F after each of `count` ramps.
 void rig_forces(const rig_t *rig, const rig_ramp_t *ramps, unsigned count, double forces_n[]);
 
+/// The change of F in a rise in `seconds`, up to u - F = 0.9 L at the old F, after a fall to `bottom_n` and a stop there.
+double rig_lift(const rig_t *rig, double bottom_n, double seconds);
+
 /// Presliding drift: slides up to u = 0.5 N, returns to zero net force, then swings u 50 times between net forces of 0.2 L
 /// and 0.8 L, relative to F at the start. Returns the change of F from the end of the first swing to that of the last.
 double rig_drift(const rig_t *rig, double swing_s);
@@ -96,6 +99,9 @@ double rig_slide_step(rig_slide_t *slide, double speed_deg_per_s, double step_s)
 
 /// Moves by `distance_deg` at `speed_deg_per_s` (unsigned), in whole steps of at most `step_s`; returns friction there.
 double rig_slide_by(rig_slide_t *slide, double distance_deg, double speed_deg_per_s, double step_s);
+
+/// Friction over L after `way_deg` from rest at a force.
+double rig_part_after(const rig_t *rig, double way_deg, double force_n);
 
 /// Presliding up, down, and up again to the first reversal, with and without a small inner loop: the difference of F.
 double rig_inner_loop(const rig_t *rig);

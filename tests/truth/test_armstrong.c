@@ -1,25 +1,10 @@
 // Armstrong: breakaway rises with the time at rest; Stribeck effect, frictional memory, elastic presliding.
 
-#include "rig.h"
-#include "unity.h"
+#define TRUTH sim_armstrong_truth
+#include "slide_rig.h"
 
 #include <math.h>
 #include <stdio.h>
-
-static rig_t       rig;
-static rig_slide_t slide;
-
-void setUp(void)
-{
-    rig_init(&rig, &sim_armstrong_truth);
-}
-
-void tearDown(void)
-{
-    rig_slide_end(&slide);
-}
-
-#define L 0.157
 
 /// Breakaway friction after a slide at 0.1 deg/s and a rest.
 static double breakaway_after(double rest_s)

@@ -1,25 +1,10 @@
 // Bliman and Sorine: a breakaway peak along the path, the same at any speed.
 
-#include "rig.h"
-#include "unity.h"
+#define TRUTH sim_bliman_sorine_truth
+#include "slide_rig.h"
 
 #include <math.h>
 #include <stdio.h>
-
-static rig_t       rig;
-static rig_slide_t slide;
-
-void setUp(void)
-{
-    rig_init(&rig, &sim_bliman_sorine_truth);
-}
-
-void tearDown(void)
-{
-    rig_slide_end(&slide);
-}
-
-#define L 0.157
 
 typedef struct
 {

@@ -1,25 +1,11 @@
 // Dahl: the same exponential loop in space at any speed, no Stribeck effect, and drift in presliding.
 
-#include "rig.h"
-#include "unity.h"
+#define TRUTH sim_dahl_truth
+#include "slide_rig.h"
 
 #include <math.h>
 #include <stdio.h>
 
-static rig_t       rig;
-static rig_slide_t slide;
-
-void setUp(void)
-{
-    rig_init(&rig, &sim_dahl_truth);
-}
-
-void tearDown(void)
-{
-    rig_slide_end(&slide);
-}
-
-#define L  0.157
 #define S0 200.0
 
 static void test_the_loop_is_exponential_in_position(void)

@@ -1,25 +1,10 @@
 // Elasto-plastic: elastic, without drift, up to a fraction of breakaway; beyond it like LuGre.
 
-#include "rig.h"
-#include "unity.h"
+#define TRUTH sim_elasto_plastic_truth
+#include "slide_rig.h"
 
 #include <math.h>
 #include <stdio.h>
-
-static rig_t       rig;
-static rig_slide_t slide;
-
-void setUp(void)
-{
-    rig_init(&rig, &sim_elasto_plastic_truth);
-}
-
-void tearDown(void)
-{
-    rig_slide_end(&slide);
-}
-
-#define L 0.157
 
 /// Swings of 0.2 to 0.8 of breakaway, below the elastic limit of 0.85.
 static void test_it_does_not_drift_in_presliding(void)

@@ -1,25 +1,10 @@
 // Leuven: presliding hysteresis with non-local memory, and LuGre's sliding.
 
-#include "rig.h"
-#include "unity.h"
+#define TRUTH sim_leuven_truth
+#include "slide_rig.h"
 
 #include <math.h>
 #include <stdio.h>
-
-static rig_t       rig;
-static rig_slide_t slide;
-
-void setUp(void)
-{
-    rig_init(&rig, &sim_leuven_truth);
-}
-
-void tearDown(void)
-{
-    rig_slide_end(&slide);
-}
-
-#define L 0.157
 
 static void test_an_inner_loop_closes_and_is_forgotten(void)
 {

@@ -1,25 +1,10 @@
 // Lubricated contact: breakaway L at rest; with speed a film takes over the load, with a lag.
 
-#include "rig.h"
-#include "unity.h"
+#define TRUTH sim_lubricated_truth
+#include "slide_rig.h"
 
 #include <math.h>
 #include <stdio.h>
-
-static rig_t       rig;
-static rig_slide_t slide;
-
-void setUp(void)
-{
-    rig_init(&rig, &sim_lubricated_truth);
-}
-
-void tearDown(void)
-{
-    rig_slide_end(&slide);
-}
-
-#define L 0.157
 
 /// Friction at the film's balance: contact + lift = L, lift = c w e^2 / (1 - e^2)^2.
 static double steady(double speed)

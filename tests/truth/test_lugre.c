@@ -1,25 +1,12 @@
 // LuGre: Stribeck effect, friction lag, a breakaway that falls with the rate of force, drift; with the paper's
 // parameters no gradual transition.
 
-#include "rig.h"
-#include "unity.h"
+#define TRUTH sim_lugre_truth
+#include "slide_rig.h"
 
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
-
-static rig_t       rig;
-static rig_slide_t slide;
-
-void setUp(void)
-{
-    rig_init(&rig, &sim_lugre_truth);
-}
-
-void tearDown(void)
-{
-    rig_slide_end(&slide);
-}
 
 /// The bristle stiffness of this folder's other models, for visible presliding.
 static void soften(void)
@@ -28,8 +15,6 @@ static void soften(void)
     rig_set(&rig, "bristle_damping_N_s_per_deg", 0.3);
     rig_set(&rig, "viscous_N_s_per_deg", 0.0);
 }
-
-#define L 0.157
 
 static void test_steady_friction_follows_the_stribeck_curve(void)
 {
@@ -104,14 +89,7 @@ static void test_it_drifts_in_presliding(void)
 /// Fig. 8: after a deep fall the paper's own model lifts F by 5 mN before it breaks away.
 static void test_with_the_papers_parameters_no_transition_is_gradual(void)
 {
-    rig_ramp_t ramps[] = {{0.6, 3.0}, {0.12, 2.4}, {0.12, 0.1}, {0.0, 1.0}};
-    double     forces[4];
-    rig_forces(&rig, ramps, 3, forces);
-    const double bottom = forces[2];
-    ramps[3].to_n       = bottom + 0.9 * (0.007 + 0.3 * bottom);
-    rig_forces(&rig, ramps, 4, forces);
-    printf("lift: %.2e N\n", forces[3] - bottom);
-    TEST_ASSERT_DOUBLE_WITHIN(5e-5, bottom, forces[3]);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-5, 0.0, rig_lift(&rig, 0.12, 1.0));
 }
 
 static void test_without_its_limit_viscous_friction_adds_to_breakaway(void)
@@ -124,25 +102,16 @@ static void test_without_its_limit_viscous_friction_adds_to_breakaway(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, L + 0.4 * 0.1, rig_slide_by(&slide, 0.01, 0.1, 1e-4));
 }
 
-/// Friction over L after `way` from rest at a force.
-static double part_after(double way, double force)
-{
-    rig_slide_start(&slide, &rig, force);
-    const double f = rig_slide_by(&slide, way, 0.001, 1e-4) / (0.007 + 0.3 * force);
-    rig_slide_end(&slide);
-    return f;
-}
-
 static void test_bristles_that_stiffen_need_the_same_way_at_each_load(void)
 {
     soften();
     rig_set(&rig, "bristle_damping_N_s_per_deg", 0.0);
-    TEST_ASSERT_TRUE(part_after(2e-4, 0.2) > 1.3 * part_after(2e-4, 0.5));
+    TEST_ASSERT_TRUE(rig_part_after(&rig, 2e-4, 0.2) > 1.3 * rig_part_after(&rig, 2e-4, 0.5));
     rig_set(&rig, "stiffens", 1.0);
-    const double part = part_after(2e-3, 0.5);
+    const double part = rig_part_after(&rig, 2e-3, 0.5);
     printf("after 0.002 deg: %.3f of L\n", part);
     TEST_ASSERT_TRUE(part > 0.1 && part < 0.9);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, part, part_after(2e-3, 0.2));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, part, rig_part_after(&rig, 2e-3, 0.2));
 }
 
 static void see_finite(void *context, const rig_sample_t *sample)

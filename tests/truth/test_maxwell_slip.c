@@ -1,25 +1,10 @@
 // Maxwell slip: hysteresis with non-local memory by Masing's rules, Stribeck effect, friction lag, no drift.
 
-#include "rig.h"
-#include "unity.h"
+#define TRUTH sim_maxwell_slip_truth
+#include "slide_rig.h"
 
 #include <math.h>
 #include <stdio.h>
-
-static rig_t       rig;
-static rig_slide_t slide;
-
-void setUp(void)
-{
-    rig_init(&rig, &sim_maxwell_slip_truth);
-}
-
-void tearDown(void)
-{
-    rig_slide_end(&slide);
-}
-
-#define L 0.157
 
 static void test_an_inner_loop_closes_and_is_forgotten(void)
 {
@@ -87,23 +72,14 @@ static void test_it_does_not_drift_in_presliding(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 0.0, drift);
 }
 
-/// Friction over L after `way` from rest at a force.
-static double part_after(double way, double force)
-{
-    rig_slide_start(&slide, &rig, force);
-    const double f = rig_slide_by(&slide, way, 0.001, 1e-4) / (0.007 + 0.3 * force);
-    rig_slide_end(&slide);
-    return f;
-}
-
 static void test_bristles_that_stiffen_need_the_same_way_at_each_load(void)
 {
-    TEST_ASSERT_TRUE(part_after(2e-4, 0.2) > 1.3 * part_after(2e-4, 0.5));
+    TEST_ASSERT_TRUE(rig_part_after(&rig, 2e-4, 0.2) > 1.3 * rig_part_after(&rig, 2e-4, 0.5));
     rig_set(&rig, "stiffens", 1.0);
-    const double part = part_after(2e-3, 0.5);
+    const double part = rig_part_after(&rig, 2e-3, 0.5);
     printf("after 0.002 deg: %.3f of L\n", part);
     TEST_ASSERT_TRUE(part > 0.1 && part < 0.9);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, part, part_after(2e-3, 0.2));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, part, rig_part_after(&rig, 2e-3, 0.2));
 }
 
 /// 0.0002 deg is the way of the first element at 0.5 N: L times 0.25 over a stiffness of 200 N/deg.

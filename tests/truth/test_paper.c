@@ -25,19 +25,6 @@ static void become(const char *name)
     sim_paper_variant_apply(variant, &rig.config);
 }
 
-/// The change of F in a rise at 0.2 N/s, up to u - F = 0.9 L at the old F, after a fall to `bottom_n` and a stop there.
-static double lift(double bottom_n, double seconds)
-{
-    rig_ramp_t ramps[] = {{0.6, 3.0}, {bottom_n, 2.4}, {bottom_n, 0.1}, {0.0, 0.0}};
-    double     forces[4];
-    rig_forces(&rig, ramps, 3, forces);
-    const double bottom = forces[2];
-    ramps[3]            = (rig_ramp_t){bottom + 0.9 * (0.007 + 0.3 * bottom), seconds};
-    rig_forces(&rig, ramps, 4, forces);
-    printf("from %.4f N in %g s: %.5f N\n", bottom, seconds, forces[3] - bottom);
-    return forces[3] - bottom;
-}
-
 static void test_step_1_of_section_3_does_not_feel_the_drive(void)
 {
     // I w' + b w = 0: an arm at rest stays at rest for any u.
@@ -51,38 +38,38 @@ static void test_step_1_of_section_3_does_not_feel_the_drive(void)
 static void test_saturation_alone_is_sharp(void)
 {
     become("saturation");
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, lift(0.12, 1.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, rig_lift(&rig, 0.12, 1.0));
 }
 
 static void test_without_switching_the_transition_is_gradual_from_anywhere(void)
 {
     become("always_k6");
-    TEST_ASSERT_TRUE(lift(0.12, 1.0) > 1e-3);
-    TEST_ASSERT_TRUE(lift(0.42, 1.0) > 1e-3);
+    TEST_ASSERT_TRUE(rig_lift(&rig, 0.12, 1.0) > 1e-3);
+    TEST_ASSERT_TRUE(rig_lift(&rig, 0.42, 1.0) > 1e-3);
 }
 
 static void test_without_relays_the_transition_is_gradual_from_deep_and_shallow(void)
 {
     become("no_relays");
-    TEST_ASSERT_TRUE(lift(0.12, 1.0) > 1e-3);
-    TEST_ASSERT_TRUE(lift(0.42, 1.0) > 1e-3);
+    TEST_ASSERT_TRUE(rig_lift(&rig, 0.12, 1.0) > 1e-3);
+    TEST_ASSERT_TRUE(rig_lift(&rig, 0.42, 1.0) > 1e-3);
 }
 
 static void test_with_relays_it_is_gradual_from_deep_and_sharp_from_shallow(void)
 {
     become("full");
-    TEST_ASSERT_TRUE(lift(0.12, 1.0) > 1e-3);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.0, lift(0.42, 1.0));
+    TEST_ASSERT_TRUE(rig_lift(&rig, 0.12, 1.0) > 1e-3);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.0, rig_lift(&rig, 0.42, 1.0));
 }
 
 static void test_constant_k_lifts_the_force_more_the_slower_it_is_and_k_of_v_hardly(void)
 {
     become("constant_k6");
-    const double constant_fast = lift(0.12, 2.0);
-    const double constant_slow = lift(0.12, 20.0);
+    const double constant_fast = rig_lift(&rig, 0.12, 2.0);
+    const double constant_slow = rig_lift(&rig, 0.12, 20.0);
     become("full");
-    const double full_fast = lift(0.12, 2.0);
-    const double full_slow = lift(0.12, 20.0);
+    const double full_fast = rig_lift(&rig, 0.12, 2.0);
+    const double full_slow = rig_lift(&rig, 0.12, 20.0);
     printf("2 and 20 s: k = 6 %.4f, %.4f N; k(v) %.4f, %.4f N\n", constant_fast, constant_slow, full_fast, full_slow);
     TEST_ASSERT_TRUE(constant_slow > 3.0 * constant_fast);
     TEST_ASSERT_TRUE(full_slow < 2.0 * full_fast);
@@ -91,9 +78,9 @@ static void test_constant_k_lifts_the_force_more_the_slower_it_is_and_k_of_v_har
 static void test_a_smaller_k_has_a_wider_gap(void)
 {
     become("constant_k6");
-    const double narrow = lift(0.12, 1.0);
+    const double narrow = rig_lift(&rig, 0.12, 1.0);
     become("constant_k1.1");
-    TEST_ASSERT_TRUE(lift(0.12, 1.0) > 2.0 * narrow);
+    TEST_ASSERT_TRUE(rig_lift(&rig, 0.12, 1.0) > 2.0 * narrow);
 }
 
 static void test_every_variant_agrees_with_cvode(void)

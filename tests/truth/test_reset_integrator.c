@@ -1,25 +1,10 @@
 // Reset integrator: a spring up to breakaway, then at once the lower slipping friction; no drift.
 
-#include "rig.h"
-#include "unity.h"
+#define TRUTH sim_reset_integrator_truth
+#include "slide_rig.h"
 
 #include <math.h>
 #include <stdio.h>
-
-static rig_t       rig;
-static rig_slide_t slide;
-
-void setUp(void)
-{
-    rig_init(&rig, &sim_reset_integrator_truth);
-}
-
-void tearDown(void)
-{
-    rig_slide_end(&slide);
-}
-
-#define L 0.157
 
 static void test_presliding_is_a_spring_up_to_breakaway_and_then_friction_falls(void)
 {
