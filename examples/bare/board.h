@@ -1,4 +1,5 @@
-/// What the loop needs of a board. simulated_board.c is one; yours takes its place. All are called from the tick, at 1 kHz.
+/// The functions that a board provides to the loop. simulated_board.c implements them for QEMU; replace it with your own.
+/// The tick calls all of them at 1 kHz.
 
 #ifndef EXAMPLES_BARE_BOARD_H
 #define EXAMPLES_BARE_BOARD_H
@@ -16,11 +17,11 @@ typedef float board_force_t; ///< N
 
 #define BOARD_CORE_HZ 25000000u ///< clock of SysTick
 
-board_force_t board_reference(void);          ///< the force that is wanted
-board_force_t board_force(void);              ///< the sensor's; BOARD_NO_FORCE if it does not answer: then u coasts
+board_force_t board_reference(void);          ///< the target force
+board_force_t board_force(void);              ///< reading; BOARD_NO_FORCE, at which u coasts, if there is none
 void          board_command(board_force_t u); ///< force at the end point; times A/N it is the motor's current
-bool          board_is_healthy(void); ///< current and bus voltage within limits, and the sensor has answered lately
-void          board_off(void);        ///< no current until the next reset
+bool board_is_healthy(void); ///< current and bus voltage are within limits, and the sensor has answered recently
+void board_off(void);        ///< no current until the next reset
 
 void loop_start(void);
 void loop_tick(void);

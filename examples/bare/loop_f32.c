@@ -5,7 +5,7 @@
 #include "rig_1khz_f32.h"
 
 static tribo_force_loop_f32_state_t   loop;
-static tribo_feedforward_f32_memory_t memory; // what it has learned
+static tribo_feedforward_f32_memory_t memory; // what the loop has learned
 
 void loop_start(void)
 {

@@ -1,4 +1,4 @@
-// A board for QEMU: the examples' arm, and what came of it over semihosting. Replace it with yours.
+// A board for QEMU: it simulates the examples' arm and prints the result over semihosting. Replace it with your board.
 
 #include "../sim/arm.h"
 #include "board.h"
@@ -10,7 +10,7 @@
 #endif
 
 static arm_t    arm;
-static unsigned tick, missing; // missing: readings in succession
+static unsigned tick, missing; // missing: consecutive readings that failed
 static float    square_mn2;    // sum over the last period
 static bool     off;
 
@@ -31,7 +31,7 @@ static uint32_t semihost(uint32_t operation, const void *argument)
     return r0;
 }
 
-/// Prints "RMS error 123 uN" of the last period and ends the program; with status 1 if the board is off.
+/// Prints "RMS error 123 uN" for the last period and ends the program. The exit status is 1 if the board is off.
 static void end(void)
 {
     char     text[] = "RMS error 00000 uN\n";

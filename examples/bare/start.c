@@ -1,4 +1,4 @@
-// From reset to a tick of 1 kHz on any Cortex-M: vectors, memory, FPU, SysTick.
+// Takes any Cortex-M from reset to a 1 kHz tick: sets up vectors, memory, FPU and SysTick.
 
 #include "board.h"
 
@@ -35,7 +35,7 @@ void reset_handler(void)
     loop_start();
     SYST_RVR = BOARD_CORE_HZ / 1000u - 1u;
     SYST_CVR = 0;
-    SYST_CSR = 7; // on, with its interrupt, from the core's clock
+    SYST_CSR = 7; // enabled, with interrupt, clocked by the core
     for (;;)
     {
         __asm volatile("wfi");
@@ -54,7 +54,7 @@ void systick_handler(void)
 {
     loop_tick();
     const bool late =
-        (SCB_ICSR & ICSR_PENDSTSET) != 0u; // the next tick is due: the loop misses the rate that it was made for
+        (SCB_ICSR & ICSR_PENDSTSET) != 0u; // the next tick is already due: the loop is too slow for its rate
     if (late || !board_is_healthy())
     {
         board_off();

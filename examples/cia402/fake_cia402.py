@@ -1,6 +1,6 @@
-"""A CiA 402 drive on python-can's virtual bus: NMT, expedited SDO, one PDO each way at SYNC, the state machine, and a position loop of its own at
-10 kHz that turns the examples' joint. It shares nothing with the client: its answers are bytes of CiA 301. Its time goes on by a period
-with each SYNC, so that a run is the same on any machine."""
+"""A simulated CiA 402 drive on python-can's virtual bus: NMT, expedited SDO, one PDO each way at SYNC, the state machine, and a position loop
+at 10 kHz that turns the examples' joint. It shares no code with the client; it answers with the bytes that CiA 301 defines. Each SYNC advances its
+time by one period, so that a run gives the same result on every machine."""
 
 import math
 import pathlib
@@ -23,11 +23,11 @@ OBJECTS = {  # index, sub: type of CiA 301, access, value
     (0x603F, 0): ("u16", "ro", 0), (0x6040, 0): ("u16", "rw", 0), (0x6041, 0): ("u16", "ro", 0x40), (0x6060, 0): ("i8", "rw", 0),
     (0x6064, 0): ("i32", "ro", 0), (0x6077, 0): ("i16", "ro", 0), (0x607A, 0): ("i32", "rw", 0), (0x60B2, 0): ("i16", "rw", 0)}
 TYPES = {"u8": ("<B", 5), "u16": ("<H", 6), "u32": ("<I", 7), "i8": ("<b", 2), "i16": ("<h", 3), "i32": ("<i", 4)}  # layout, DataType of an EDS
-STEPS = {(0x40, 0x06): 0x21, (0x21, 0x07): 0x23, (0x21, 0x0F): 0x23, (0x23, 0x0F): 0x27, (0x27, 0x0F): 0x27}  # state and controlword: state
+STEPS = {(0x40, 0x06): 0x21, (0x21, 0x07): 0x23, (0x21, 0x0F): 0x23, (0x23, 0x0F): 0x27, (0x27, 0x0F): 0x27}  # (state, controlword): next state
 
 
 def eds():
-    """The drive's electronic data sheet, as its maker would give it."""
+    """The drive's electronic data sheet, as its manufacturer would supply it."""
     lines = ["[DeviceInfo]", "VendorName=none"]
     for index in sorted({index for index, _ in OBJECTS}):
         subs = {sub: OBJECTS[index, sub] for i, sub in OBJECTS if i == index}
@@ -44,15 +44,15 @@ def eds():
 
 
 class FakeDrive(CanNode):
-    KP, KD = 20.0, 0.7  # N m a turn, N m s a turn
+    KP, KD = 20.0, 0.7  # N m per turn, N m s per turn
 
     def __init__(self, channel, period_s, counts, torque_sign=1):
         self.hinge, self.period_s, self.counts, self.sign = Hinge(period_s, counts), period_s, counts, torque_sign
         self.objects = {key: value for key, (_, _, value) in OBJECTS.items()}
         self.operational, self.deaf, self.silent_s, self.armed, self.torque = False, False, 0.0, False, 0.0
-        self.last_off, self.way, self.received = None, 0.0, b""
-        self.seen = []  # at each SYNC in operation enabled: target, angle, offset
-        self.at = {}  # what happens at the n-th, beside it
+        self.last_off, self.set_point, self.received = None, 0.0, b""
+        self.seen = []  # (target, angle, offset) at each SYNC in state operation enabled
+        self.at = {}  # n: a function to call at the n-th such SYNC
         super().__init__(channel)
 
     @property
@@ -73,7 +73,7 @@ class FakeDrive(CanNode):
             self.sync()
 
     def serve(self, data):
-        """Expedited SDO; anything else is an abort."""
+        """Answers an expedited SDO, and aborts every other one."""
         command, index, sub = struct.unpack_from("<BHB", data)
         if (index, sub) not in OBJECTS:
             return self.send(0x580 + NODE, struct.pack("<BHBI", 0x80, index, sub, 0x06020000))
@@ -119,12 +119,12 @@ class FakeDrive(CanNode):
         self.answer()
 
     def control_position(self, left):
-        """The drive's own loop, a PD on the way to the target; the torque offset goes on top of it."""
+        """The drive's own loop: a PD that follows a ramp to the target. The torque offset is added to its output."""
         if self.state != 0x27:
             return
         target = self.objects[0x607A, 0] / self.counts
-        self.way = target if self.last_off is None else self.way + (target - self.way) / (left + 1)
-        off = self.way - self.hinge.reading
+        self.set_point = target if self.last_off is None else self.set_point + (target - self.set_point) / (left + 1)
+        off = self.set_point - self.hinge.reading
         rate = 0.0 if self.last_off is None else (off - self.last_off) / self.period_s
         self.last_off = off if self.last_off is None else self.last_off + (off - self.last_off) / Hinge.SUBSTEPS
         self.torque = self.KP * off + self.KD * rate + self.sign * self.objects[0x60B2, 0] * RATED_N_M / 1000
@@ -139,7 +139,7 @@ class FakeDrive(CanNode):
         self.objects[0x603F, 0], self.objects[0x6041, 0], self.torque = error, 0x08, 0.0
 
     def elapse(self, time_s):
-        """Time without a frame."""
+        """Lets time pass without a frame."""
         self.silent_s += time_s
         timer = self.objects[0x1400, 5]
         if self.armed and timer and 1000 * self.silent_s >= timer:

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""joint.py EDS: friction out of a joint that a CiA 402 drive controls, by its torque offset (60B2h). Cyclic synchronous position over CANopen,
-500 Hz."""
+"""joint.py EDS: compensates the friction of a joint that a CiA 402 drive controls, through its torque offset (60B2h). It runs in cyclic
+synchronous position mode over CANopen, at 500 Hz."""
 
 import pathlib
 import sys
@@ -14,16 +14,16 @@ from hinge import swing  # noqa: E402
 
 NODE = 1
 PERIOD_S = 0.002
-COUNTS = 65536  # of the encoder, a turn
-OFFSET_MAX = 400  # per mille; more than friction can be
+COUNTS = 65536  # encoder counts per turn
+OFFSET_MAX = 400  # per mille; above the highest friction
 PATIENCE_S = 0.02  # ten periods
 CONTROLWORD, STATUSWORD, MODE, TARGET, OFFSET, POSITION, TORQUE = 0x6040, 0x6041, 0x6060, 0x607A, 0x60B2, 0x6064, 0x6077
 CYCLIC_SYNCHRONOUS_POSITION = 8
-FAULT, ENABLED = 0x08, 0x27  # of the statusword
+FAULT, ENABLED = 0x08, 0x27  # bits of the statusword
 
 
 class Drive:
-    """What of CiA 402 the joint needs: by SDO until it runs, then two PDOs at each SYNC."""
+    """The part of CiA 402 that the joint needs: SDOs until the drive runs, then two PDOs at each SYNC."""
 
     def __init__(self, network, eds):
         self.network, self.node = network, network.add_node(NODE, eds)
@@ -37,7 +37,7 @@ class Drive:
         pdo.trans_type, pdo.enabled = 1, True
 
     def switch(self, word, state):
-        """A controlword, and the wait for its state; a brake takes its time."""
+        """Sends a controlword and waits until the drive reaches the state; releasing a brake takes time."""
         self.node.sdo[CONTROLWORD].raw = word
         due = time.monotonic() + 1.0
         while self.exchange() & 0x6F != state:
@@ -48,17 +48,17 @@ class Drive:
         self.node.nmt.state = "PRE-OPERATIONAL"
         self.map(self.target, TARGET, OFFSET)
         self.map(self.answer, STATUSWORD, POSITION, TORQUE)
-        self.target.event_timer = round(1000 * PATIENCE_S)  # the drive's own patience
+        self.target.event_timer = round(1000 * PATIENCE_S)  # the drive itself stops after this time
         self.target.save()
         self.answer.save()
         self.node.sdo[MODE].raw = CYCLIC_SYNCHRONOUS_POSITION
-        self.target[TARGET].raw, self.target[OFFSET].raw = self.node.sdo[POSITION].raw, 0  # it stays where it is
+        self.target[TARGET].raw, self.target[OFFSET].raw = self.node.sdo[POSITION].raw, 0  # the joint stays where it is
         self.node.nmt.state = "OPERATIONAL"
         for word, state in ((0x80, 0x40), (0x06, 0x21), (0x07, 0x23), (0x0F, ENABLED)):
             self.switch(word, state)
 
     def exchange(self):
-        """Sends target and offset, and a SYNC; the statusword of the answer."""
+        """Sends target and offset, then a SYNC. Returns the statusword of the answer."""
         with self.answer.receive_condition:
             self.target.transmit()
             self.network.sync.transmit()
@@ -77,19 +77,19 @@ class Drive:
 
 # [add
 def friction():
-    """Counts, and per mille of the rated torque; the drive's own limit is the one that counts."""
+    """Units: counts, and per mille of the rated torque. effort_max is high because the drive limits the torque itself."""
     return tribo.Joint(sample_time_s=PERIOD_S, effort_max=10000, travel=4)
 
 
 def offset(joint, torque, sent, q_ref, q):
-    """60B2h: `torque` (6077h) is that of the drive's loop and of the offset that was sent before."""
+    """Returns 60B2h. `torque` (6077h) is the output of the drive's loop plus the offset sent before."""
     effort = torque - sent
     return min(max(round(joint.step(effort, q_ref, q) - effort), -OFFSET_MAX), OFFSET_MAX)
 # add]
 
 
 def follow(network, eds, joint, references):
-    """A position a period, until they end; then, or with any fault, the drive is switched off."""
+    """Sends one reference per period until they end. Then, or at any fault, it switches the drive off."""
     drive = Drive(network, eds)
     target, answer = drive.target, drive.answer
     try:
@@ -104,15 +104,15 @@ def follow(network, eds, joint, references):
 
 
 def counts():
-    """Where the joint shall go: yours."""
+    """The positions to follow; replace them with yours."""
     return (COUNTS * q for q in swing(PERIOD_S))
 
 
 def every(period_s, values):
-    """Each value a period after the last."""
+    """Yields one value per period."""
     due = time.monotonic()
     for value in values:
-        due = max(due + period_s, time.monotonic())  # a late tick is not made up
+        due = max(due + period_s, time.monotonic())  # does not catch up after a late tick
         time.sleep(max(0.0, due - time.monotonic()))
         yield value
 

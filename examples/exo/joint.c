@@ -1,5 +1,5 @@
-// Friction beside somebody else's controller: the paper's compensator and the guard, no controller of ours. The feed-forward needs the
-// loop's controller, whose error it shapes; this method needs only the torque that goes to the motor.
+// Adds friction compensation to your own controller: the paper's compensator and the guard. The feed-forward is not used
+// because it shapes the error of the library's controller; this method needs only the torque that goes to the motor.
 
 #include "joint.h"
 
@@ -7,8 +7,8 @@
 #include "tribo/force_loop_f32.h"
 
 #define PERIOD_S  0.002f
-#define GAIN      0.85f // eta; begin with 0.3
-#define U_MAX_N_M 2.0f  // what the motor may have
+#define GAIN      0.85f // eta; start with 0.3
+#define U_MAX_N_M 2.0f  // limit of the motor's torque
 
 static tribo_compensator_f32_params_t params;
 static tribo_compensator_f32_state_t  state;
@@ -18,11 +18,11 @@ static float                          friction, fade = 1.0f;
 
 bool joint_start(void)
 {
-    const tribo_breakaway_f32_t    breakaway = {.offset_n = 0.007f, .slope = 0.3f}; // N m, and of the torque: yours
+    const tribo_breakaway_f32_t    breakaway = {.offset_n = 0.007f, .slope = 0.3f}; // N m, fraction of torque: yours
     tribo_compensator_f32_config_t joint     = tribo_force_loop_f32_rig().compensator;
     const tribo_guard_f32_config_t limits    = tribo_guard_f32_default();
     joint.friction.positive = joint.friction.negative = breakaway;
-    joint.arm = (tribo_arm_f32_config_t){.inertia = 1.2e-4f, .damping = 0.0288f, .stiffness = 3.84f}; // yours
+    joint.arm = (tribo_arm_f32_config_t){.inertia = 1.2e-4f, .damping = 0.0288f, .stiffness = 3.84f}; // set yours
     tribo_compensator_f32_reset(&state);
     tribo_guard_f32_reset(&guard);
     return tribo_compensator_f32_init(&params, &joint, PERIOD_S) == TRIBO_OK &&

@@ -1,4 +1,5 @@
-// The joint in QEMU: a controller as exoskeletons have it, command and P without I, with and without the compensation.
+// Runs the joint in QEMU with a controller that is common in exoskeletons, command plus P without I: first without the
+// compensation, then with it.
 
 #include "../sim/arm.h"
 #include "joint.h"

@@ -1,4 +1,4 @@
-// A force loop as a task of FreeRTOS, at 1 kHz.
+// A FreeRTOS task that runs the force loop at 1 kHz.
 
 #include "FreeRTOS.h"
 #include "task.h"
@@ -6,13 +6,14 @@
 #include <stdbool.h>
 
 #define AMPERE_PER_N 0.8f
-#define BAD_MAX      20u // readings in succession
+#define BAD_MAX      20u // consecutive bad readings before the task stops
 
-float reference_n(void);          // yours
-float read_force_n(void);         // yours; NAN if there is no reading
-void  command_ampere(float i);    // yours
-void  motor_off(void);            // yours
-bool  motor_is_healthy(void);     // yours: current, bus voltage, temperature
+// Write these five functions.
+float reference_n(void);
+float read_force_n(void); // returns NAN if there is no reading
+void  command_ampere(float i);
+void  motor_off(void);
+bool  motor_is_healthy(void);     // checks current, bus voltage and temperature
 void  force_task(void *argument); // xTaskCreate(force_task, "force", 512, NULL, configMAX_PRIORITIES - 1, NULL)
 
 // [add
@@ -34,7 +35,7 @@ void force_task(void *argument)
     TickType_t woken = xTaskGetTickCount();
     unsigned   bad   = 0;
     start();
-    // A tick that is due already when the last one has ended: xTaskDelayUntil does not wait, and says so.
+    // If the next tick is already due when the last one ends, xTaskDelayUntil does not wait and returns pdFALSE.
     while (xTaskDelayUntil(&woken, pdMS_TO_TICKS(1)) != pdFALSE && motor_is_healthy() && bad < BAD_MAX)
     {
         const uint32_t before = loop.bad_inputs;

@@ -1,8 +1,8 @@
-component sim_arm "The examples' arm with friction, at 1 kHz, in place of a drive, an axis and a force sensor";
+component sim_arm "Simulates the examples' arm with friction at 1 kHz, in place of a drive, an axis and a force sensor";
 pin in float command "N";
-pin in bit broken "The sensor's wire: it reads NaN";
-pin out float force "What the sensor reads, N";
-pin out float truth "The force itself, N";
+pin in bit broken "Breaks the sensor's wire: force reads NaN";
+pin out float force "Reading of the sensor, N";
+pin out float truth "True force, N";
 include "../sim/arm.h";
 variable arm_t arm;
 function _ fp;

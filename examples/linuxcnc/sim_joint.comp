@@ -1,8 +1,8 @@
-component sim_joint "The examples' joint with friction, in place of a drive and an encoder of 16,384 counts";
-pin in float torque "N m";
-pin in bit exchanged "The motor's phases: it turns the other way";
-pin out float feedback "What the encoder reads, degrees";
-pin out float truth "Where the joint is, degrees";
+component sim_joint "Simulates the examples' joint with friction, in place of a drive and an encoder of 16,384 counts";
+pin in float torque "Torque of the drive, N m";
+pin in bit exchanged "Exchanges the motor's phases, so that it turns the other way";
+pin out float feedback "Reading of the encoder, degrees";
+pin out float truth "True position, degrees";
 include "../sim/hinge.h";
 variable hinge_t hinge;
 function _ fp;

@@ -1,25 +1,25 @@
 component tribo_force "Force control that compensates friction, by tribo";
-pin in float ref "Force that is wanted, N";
-pin in float force "The sensor's, N";
-pin in bit enable "From the machine's amp-enable-out";
-pin out float command "Force for the drive, N; 0 without enable";
-pin out bit fault "The thread's period is not the rig's, or 20 readings in succession were bad. Until enable falls";
-pin out s32 guard "Why friction is faded: 0 it is not, 1 hunting, 2 overshoot";
+pin in float ref "Target force, N";
+pin in float force "Measured force, N";
+pin in bit enable "Connect to the machine's amp-enable-out";
+pin out float command "Force command for the drive, N; 0 while enable is off";
+pin out bit fault "Set if the thread's period is not the rig's, or after 20 consecutive bad readings. Cleared when enable falls";
+pin out s32 guard "Why the guard has faded friction out: 0 not faded, 1 hunting, 2 overshoot";
 include "rig_1khz_f32.h";
 variable tribo_force_loop_f32_state_t loop;
 variable tribo_feedforward_f32_memory_t learned;
 variable unsigned bad;
 variable unsigned running;
-function _ fp "Once in a thread of the rig's period";
+function _ fp "Add once to a thread whose period is the rig's";
 option extra_setup;
 license "MIT";
 ;;
-#undef guard // the pin: the state has a member of that name
+#undef guard // macro of the pin; the state has a member of that name
 
 static void start(struct __comp_state *__comp_inst)
 {
     loop.memory = &learned.state.tick;
-    tribo_force_loop_f32_start(&loop, &rig_params, true); // what it learns it keeps while the machine is off
+    tribo_force_loop_f32_start(&loop, &rig_params, true); // learned values stay while the machine is off
     tribo_guard_f32_restore(&loop.guard);
     bad = 0;
     fault = 0;

@@ -1,23 +1,23 @@
-component tribo_joint "Takes friction out of a joint with current and encoder, by tribo";
-pin in float command "Where the joint shall go, e.g. joint.N.motor-pos-cmd";
-pin in float feedback "Where it is, e.g. joint.N.motor-pos-fb; in the same unit";
-pin in float effort "Of your position loop, e.g. pid.x.output";
-pin in bit enable "From the machine's amp-enable-out; its rising edge restores a friction term that the guard has taken out";
-pin out float output "Effort for the drive, friction included; 0 without enable";
-pin out float offset "The friction term alone, for a drive with a position loop of its own";
-pin out float learned "Friction, in the unit of effort";
-pin out bit fault "Parameters that are refused: the log says which. Until enable falls";
-pin out s32 guard "Why the friction term is out: 0 it is not, 1 astray, 2 hunting, 3 reversed";
+component tribo_joint "Compensates the friction of a joint from its current and encoder, by tribo";
+pin in float command "Commanded position, e.g. joint.N.motor-pos-cmd";
+pin in float feedback "Measured position in the same unit, e.g. joint.N.motor-pos-fb";
+pin in float effort "Output of your position loop, e.g. pid.x.output";
+pin in bit enable "Connect to the machine's amp-enable-out; its rising edge restores a friction term that the guard has removed";
+pin out float output "Effort for the drive, with the friction term; 0 while enable is off";
+pin out float offset "The friction term alone, for a drive with its own position loop";
+pin out float learned "Learned friction, in the unit of effort";
+pin out bit fault "Set if a parameter is refused; the log names it. Cleared when enable falls";
+pin out s32 guard "Why the guard has removed the friction term: 0 not removed, 1 astray, 2 hunting, 3 reversed";
 param rw float effort_limit = 0 "Limit of the output";
-param rw float least_motion = 0 "Least motion that is no noise: four counts of the encoder";
-param rw float friction_gain = 0.9 "Part of the friction that is taken out, 0 to 1";
+param rw float least_motion = 0 "Smallest motion above the noise: four counts of the encoder";
+param rw float friction_gain = 0.9 "Fraction of the friction to compensate, 0 to 1";
 include <math.h>;
 include "tribo/joint_f32.h";
 variable tribo_joint_f32_t joint;
 variable unsigned made;
 variable unsigned running;
 variable double gain_set;
-function _ fp "Once in a thread, behind the position loop";
+function _ fp "Add once to a thread, after the position loop";
 license "MIT";
 ;;
 static tribo_status_t made_of(struct __comp_state *__comp_inst, double period_s)
@@ -36,7 +36,7 @@ static void start(struct __comp_state *__comp_inst, double period_s)
     if (status != TRIBO_OK) {
         rtapi_print_msg(RTAPI_MSG_ERR, "tribo-joint: %s\n", tribo_status_text(status));
     }
-    made = status == TRIBO_OK; // what it learns it keeps while the machine is off
+    made = status == TRIBO_OK; // learned values stay while the machine is off
     gain_set = made ? gain_set : friction_gain;
     tribo_joint_f32_restore(&joint);
 }

@@ -1,5 +1,6 @@
-"""A moteus on python-can's virtual bus, with the examples' arm and a torque sensor on aux1: what force.py needs of one. FakeJoint has the
-examples' joint instead, in position mode. Time goes on by a period with each position command, so that a run is the same on any machine."""
+"""A simulated moteus on python-can's virtual bus, with the examples' arm and a torque sensor on aux1: only the part that force.py uses.
+FakeJoint has the examples' joint instead, in position mode. Each position command advances time by one period, so that a run gives the same
+result on every machine."""
 
 import pathlib
 import struct
@@ -21,8 +22,8 @@ class FakeMoteus(CanNode):
         self.arm, self.period_s = Arm(period_s), period_s
         self.offset, self.n_m_per_unit = offset, n_m_per_unit
         self.mode, self.fault, self.left_s, self.torque = moteus.Mode.STOPPED, 0, 0.0, 0.0
-        self.forces, self.torques = [], []  # at each command
-        self.deaf = False  # takes no frame: a broken wire
+        self.forces, self.torques = [], []  # one value per command
+        self.deaf = False  # ignores all frames, as with a broken wire
         super().__init__(channel)
 
     def take(self, message):
@@ -38,10 +39,10 @@ class FakeMoteus(CanNode):
             self.reply(said.query, message.arbitration_id >> 8 & 0x7F)
 
     def command(self, command):
-        """Torque alone: a gain on position or velocity would be another controller beside the loop."""
+        """Accepts torque commands only: a position or velocity gain would be a second controller."""
         position_gain, velocity_gain = command.get(R.COMMAND_KP_SCALE, 1.0), command.get(R.COMMAND_KD_SCALE, 1.0)
         if position_gain or velocity_gain or command[R.COMMAND_POSITION] == command[R.COMMAND_POSITION]:
-            raise AssertionError("not torque alone")
+            raise AssertionError("the command must be torque only")
         limit = command[R.COMMAND_POSITION_MAX_TORQUE]
         self.mode, self.left_s = moteus.Mode.POSITION, command[R.COMMAND_TIMEOUT]
         self.torque = min(max(command[R.COMMAND_FEEDFORWARD_TORQUE], -limit), limit)
@@ -50,7 +51,7 @@ class FakeMoteus(CanNode):
         self.arm.step(self.torque)
 
     def elapse(self, time_s):
-        """Time without a command."""
+        """Lets time pass without a command."""
         self.left_s -= time_s
         if self.mode == moteus.Mode.POSITION and self.left_s <= 0:
             self.mode, self.torque = moteus.Mode.TIMEOUT, 0.0
@@ -75,13 +76,13 @@ class FakeMoteus(CanNode):
 
 
 class FakeJoint(FakeMoteus):
-    """Position mode: a PD of the drive's own from substep to substep, the feedforward torque on top of it."""
+    """Position mode: the drive's own PD runs at each substep, and the feedforward torque is added to its output."""
 
-    KP, KD = 20.0, 0.7  # servo.pid_position, N m a turn and N m s a turn
+    KP, KD = 20.0, 0.7  # servo.pid_position, N m per turn and N m s per turn
 
     def __init__(self, channel, period_s, counts, torque_sign=1):
         self.hinge, self.sign = Hinge(period_s, counts), torque_sign
-        self.seen, self.at = [], {}  # at each command: position asked, angle, feedforward; what happens at the n-th, beside it
+        self.seen, self.at = [], {}  # (target, angle, feedforward) at each command; n: a function to call at the n-th
         super().__init__(channel, period_s, 0.0, 1.0)
 
     def command(self, command):
@@ -96,7 +97,7 @@ class FakeJoint(FakeMoteus):
         self.at.get(len(self.seen), lambda: None)()
 
     def elapse(self, time_s):
-        """Time without a command."""
+        """Lets time pass without a command."""
         self.left_s -= time_s
         if self.mode == moteus.Mode.POSITION and self.left_s <= 0:
             self.mode, self.torque = moteus.Mode.TIMEOUT, 0.0

@@ -12,7 +12,7 @@ namespace moteus = mjbots::moteus;
 
 static const double kWatchdogS = 0.02;
 static const double kMaxTorque = 2.0;              // N m
-static const double kOffset = 0.5, kNmPerUnit = 4; // of the torque sensor on aux1 pin 1
+static const double kOffset = 0.5, kNmPerUnit = 4; // torque sensor on aux1 pin 1
 
 // [add
 #include "rig_500hz_f32.h"
@@ -23,7 +23,7 @@ static tribo_feedforward_f32_memory_t memory;
 static void start()
 {
     loop.memory = &memory.state.tick;
-    (void)tribo_force_loop_f32_start(&loop, &rig_params, true); // what it has learned it keeps
+    (void)tribo_force_loop_f32_start(&loop, &rig_params, true); // keeps the learned values
 }
 
 static double torque_for(double reference, double reading)
@@ -50,7 +50,7 @@ static moteus::Controller::Options options()
     return result;
 }
 
-/// A reference a period from `next`, until it is NaN; then, or with any fault, the drive is stopped.
+/// Sends one reference per period from `next` until it returns NaN. Then, or at any fault, it stops the drive.
 template <typename Next, typename Pause> void hold(moteus::Controller &controller, Next next, Pause pause)
 {
     start();
@@ -87,7 +87,7 @@ int main()
     auto               due   = std::chrono::steady_clock::now();
     const auto         pause = [&] {
         due = std::max(due + std::chrono::milliseconds(2),
-                       std::chrono::steady_clock::now()); // a late tick is not made up
+                       std::chrono::steady_clock::now()); // does not catch up after a late tick
         std::this_thread::sleep_until(due);
     };
     hold(controller, [] { return 0.5; }, pause);

@@ -9,13 +9,13 @@ import time
 import moteus
 import tribo
 
-WATCHDOG_S = 0.02  # ten periods: the drive gives up by itself if no command comes
+WATCHDOG_S = 0.02  # ten periods: without a command the drive stops by itself
 MAX_TORQUE = 2.0  # N m; the drive's own limit, at or above the loop's
-OFFSET, N_M_PER_UNIT = 0.5, 4.0  # of the torque sensor on aux1 pin 1: the drive gives its voltage as a part of full scale
+OFFSET, N_M_PER_UNIT = 0.5, 4.0  # torque sensor on aux1 pin 1: the drive reports its voltage as a fraction of full scale
 
 
 def resolution():
-    """What each reply shall have: mode, fault and the sensor's voltage."""
+    """The contents of each reply: mode, fault and the sensor's voltage."""
     wanted = moteus.QueryResolution()
     wanted.position = wanted.velocity = wanted.torque = wanted.voltage = wanted.temperature = moteus.IGNORE
     wanted._extra = {moteus.Register.AUX1_ANALOG_IN1: moteus.F32}
@@ -24,9 +24,9 @@ def resolution():
 
 # [add
 async def hold(controller, loop, references, pause, patience_s=WATCHDOG_S):
-    """A reference a period, until they end; then, or with any fault, the drive is stopped."""
+    """Sends one reference per period until they end. Then, or at any fault, it stops the drive."""
     try:
-        await controller.set_stop()  # a moteus leaves a fault or a timeout only so
+        await controller.set_stop()  # only this clears a fault or a timeout of the moteus
         state = await controller.query()
         for reference in references:
             torque = (state.values[moteus.Register.AUX1_ANALOG_IN1] - OFFSET) * N_M_PER_UNIT
@@ -43,19 +43,19 @@ async def hold(controller, loop, references, pause, patience_s=WATCHDOG_S):
 
 
 def every(period_s):
-    """A pause until the next period begins."""
+    """Returns a coroutine that waits for the next period."""
     due = time.monotonic()
 
     async def pause():
         nonlocal due
-        due = max(due + period_s, time.monotonic())  # a late tick is not made up
+        due = max(due + period_s, time.monotonic())  # does not catch up after a late tick
         await asyncio.sleep(max(0.0, due - time.monotonic()))
 
     return pause
 
 
 def steps():
-    """What is to be held: yours."""
+    """The references; replace them with yours."""
     while True:
         yield 0.5
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""joint.py: friction out of a joint that a moteus controls in position mode, by its feedforward torque; 500 Hz."""
+"""joint.py: compensates the friction of a joint that a moteus controls in position mode, through its feedforward torque, at 500 Hz."""
 
 import asyncio
 import math
@@ -16,11 +16,11 @@ from hinge import swing  # noqa: E402
 
 PERIOD_S = 0.002
 MAX_TORQUE = 1.0  # N m; the drive's own limit
-COUNTS = 16384  # of the encoder, a turn
+COUNTS = 16384  # encoder counts per turn
 
 
 def resolution():
-    """What each reply shall have: mode, fault, position and torque."""
+    """The contents of each reply: mode, fault, position and torque."""
     wanted = moteus.QueryResolution()
     wanted.position = wanted.torque = moteus.F32
     wanted.velocity = wanted.voltage = wanted.temperature = moteus.IGNORE
@@ -29,22 +29,22 @@ def resolution():
 
 # [add
 def friction():
-    """Turns and N m."""
+    """Units: turns and N m."""
     return tribo.Joint(sample_time_s=PERIOD_S, effort_max=10 * MAX_TORQUE, travel=4 / COUNTS)
 
 
 def feedforward(joint, torque, sent, q_ref, q):
-    """`torque` is that of the drive's loop and of the feedforward that was sent before."""
+    """Returns the new feedforward. `torque` is the output of the drive's loop plus the feedforward sent before."""
     effort = torque - sent
     return min(max(joint.step(effort, q_ref, q) - effort, -MAX_TORQUE / 2), MAX_TORQUE / 2)
 # add]
 
 
 async def follow(controller, joint, references, pause, patience_s=WATCHDOG_S):
-    """A position a period, until they end; then, or with any fault, the drive is stopped."""
+    """Sends one position per period until they end. Then, or at any fault, it stops the drive."""
     sent = last = 0.0
     try:
-        await controller.set_stop()  # a moteus leaves a fault or a timeout only so
+        await controller.set_stop()  # only this clears a fault or a timeout of the moteus
         state = await controller.query()
         for tick, q_ref in enumerate(references):
             sent = feedforward(joint, state.values[moteus.Register.TORQUE], sent, q_ref, state.values[moteus.Register.POSITION])

@@ -1,5 +1,5 @@
-"""An ODrive on python-can's virtual bus, with the examples' arm and the amplifier of a torque sensor. Its time goes on by a period
-with each torque command, so that a run is the same on any machine."""
+"""A simulated ODrive on python-can's virtual bus, with the examples' arm and the amplifier of a torque sensor. Each torque command advances
+its time by one period, so that a run gives the same result on every machine."""
 
 import pathlib
 import struct
@@ -19,8 +19,8 @@ class FakeODrive(CanNode):
     def __init__(self, channel, period_s, watchdog_s=0.02):
         self.arm, self.period_s, self.watchdog_s = Arm(period_s), period_s, watchdog_s
         self.state, self.error, self.mode, self.torque, self.left_s = 1, 0, (2, 1), 0.0, watchdog_s
-        self.forces, self.commands = [], 0  # at each command in closed loop
-        self.at = {}  # what happens at the n-th command, beside it
+        self.forces, self.commands = [], 0  # counted and recorded in closed loop only
+        self.at = {}  # n: a function to call at the n-th command
         self.has_sensor = True
         super().__init__(channel)
 
@@ -50,7 +50,7 @@ class FakeODrive(CanNode):
         if self.state != 8:
             return
         if self.mode != (1, 1):
-            raise AssertionError("not torque control")
+            raise AssertionError("the controller mode must be torque control")
         self.torque = torque
         self.commands += 1
         self.move(torque)
@@ -72,17 +72,17 @@ class FakeODrive(CanNode):
         self.heartbeat()
 
     def elapse(self, time_s):
-        """Time without a command."""
+        """Lets time pass without a command."""
         self.left_s -= time_s
         if self.state == 8 and self.left_s <= 0:
             self.fail(WATCHDOG_EXPIRED)
 
 
 class FakeJoint(FakeODrive):
-    """An ODrive with the examples' joint, and frames of its encoder instead of a sensor's."""
+    """An ODrive with the examples' joint. It sends encoder frames instead of sensor frames."""
 
     def __init__(self, channel, period_s, sign=1):
-        self.hinge, self.sign, self.seen = Hinge(period_s), sign, []  # sign: of the motor's turns; seen: angles, at each command in closed loop
+        self.hinge, self.sign, self.seen = Hinge(period_s), sign, []  # sign: the motor's direction; seen: the angle at each command in closed loop
         super().__init__(channel, period_s)
 
     def move(self, torque):

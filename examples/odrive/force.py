@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """force.py RIG: holds a torque with an ODrive over CANSimple, at 500 Hz with ../rig/rig_500hz.yaml. The torque sensor's amplifier is on
-the same bus, and its frames are the clock."""
+the same bus, and its frames set the pace."""
 
 import struct
 import sys
@@ -10,8 +10,8 @@ import can
 import tribo
 
 NODE = 0  # axis.config.can.node_id of the ODrive
-SENSOR = 0x7C0  # the amplifier's frame: a float in N m; yours
-PATIENCE_S = 0.02  # ten periods without a frame of the sensor
+SENSOR = 0x7C0  # identifier of the amplifier's frame, a float in N m; set yours
+PATIENCE_S = 0.02  # ten periods without a sensor frame
 
 HEARTBEAT, SET_AXIS_STATE, SET_CONTROLLER_MODE, SET_INPUT_TORQUE, CLEAR_ERRORS = 0x01, 0x07, 0x0B, 0x0E, 0x18
 IDLE, CLOSED_LOOP = 1, 8
@@ -19,7 +19,7 @@ TORQUE_CONTROL, PASSTHROUGH = 1, 1
 
 
 class Axis:
-    """What of CANSimple the loop needs. An error in the drive's heartbeat is an exception here."""
+    """The part of CANSimple that the loop needs. It raises an exception if the heartbeat reports an error."""
 
     def __init__(self, bus):
         self.bus = bus
@@ -35,12 +35,12 @@ class Axis:
         due = time.monotonic() + patience_s
         while self.take(self.bus.recv(patience_s))[1] != CLOSED_LOOP:
             if time.monotonic() > due:
-                raise TimeoutError("ODrive: no closed loop")
+                raise TimeoutError("ODrive: the axis does not enter closed loop")
 
     def take(self, message):
-        """Reading and state that a frame brings, or None."""
+        """Returns the reading and the state in a frame, each None if the frame has none."""
         if message is None:
-            raise TimeoutError("ODrive: nothing on the bus")
+            raise TimeoutError("ODrive: no frame on the bus")
         if message.arbitration_id == SENSOR:
             return struct.unpack("<f", message.data)[0], None
         if message.arbitration_id == NODE << 5 | HEARTBEAT:
@@ -51,7 +51,7 @@ class Axis:
         return None, None
 
     def torque(self):
-        """The sensor's next reading, the newest if there are several: one that has waited is not taken for a new one."""
+        """Waits for the sensor's next reading. If several have arrived, returns the newest, so that no old reading is taken for a new one."""
         reading, message = None, self.bus.recv(PATIENCE_S)
         while reading is None or message is not None:
             new, state = self.take(message)
@@ -64,7 +64,7 @@ class Axis:
 
 # [add
 def hold(bus, loop, references):
-    """A reference a reading, until they end; then, or with any fault, the axis is idle."""
+    """Sends a command for each reading until the references end. Then, or at any fault, it sets the axis idle."""
     axis = Axis(bus)
     try:
         axis.start()
@@ -76,7 +76,7 @@ def hold(bus, loop, references):
 
 
 def steps():
-    """What is to be held: yours."""
+    """The references; replace them with yours."""
     while True:
         yield 0.5
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""joint.py: a position loop for a joint without a force sensor, with an ODrive over CANSimple, and its friction taken out. The drive's encoder
-frames are the clock: 500 Hz."""
+"""joint.py: a position loop with friction compensation for a joint without a force sensor, with an ODrive over CANSimple. The drive's encoder
+frames set the pace, 500 Hz."""
 
 import pathlib
 import struct
@@ -16,12 +16,12 @@ from hinge import PositionLoop, swing  # noqa: E402
 
 ENCODER_ESTIMATES = 0x09
 PERIOD_S = 0.002
-COUNTS = 8192  # of the encoder, a turn
-KP, KD = 20.0, 0.7  # N m a turn, N m s a turn: yours
+COUNTS = 8192  # encoder counts per turn
+KP, KD = 20.0, 0.7  # N m per turn, N m s per turn; set yours
 
 
 class Joint(Axis):
-    """What of CANSimple a position loop needs."""
+    """The part of CANSimple that a position loop needs."""
 
     def take(self, message):
         if message is not None and message.arbitration_id == NODE << 5 | ENCODER_ESTIMATES:
@@ -29,24 +29,24 @@ class Joint(Axis):
         return super().take(message)
 
     def position(self):
-        """The next position, in turns; the newest if there are several."""
+        """Waits for the next position, in turns. If several have arrived, returns the newest."""
         return self.torque()
 
 
 # [add
 def friction():
-    """Turns and N m. Friction is learned from the loop's own torque."""
+    """Units: turns and N m. Friction is learned from the loop's own torque."""
     return tribo.Joint(sample_time_s=PERIOD_S, effort_max=1.0, travel=4 / COUNTS)
 
 
 def torque(joint, effort, q_ref, q):
-    """What is sent to the drive instead of `effort`."""
+    """Returns the torque to send to the drive instead of `effort`."""
     return joint.step(effort, q_ref, q)
 # add]
 
 
 def follow(bus, joint, references):
-    """A position a reference, until they end; then, or with any fault, the axis is idle."""
+    """Sends a torque for each position until the references end. Then, or at any fault, it sets the axis idle."""
     axis = Joint(bus)
     try:
         axis.start()

@@ -1,5 +1,5 @@
-"""A Dynamixel of the X540 series on a pty: protocol 2.0, the registers that force.py uses, and the examples' arm. Its time goes on by a
-period with each command, so that a run is the same on any machine."""
+"""A simulated Dynamixel of the X540 series on a pty: protocol 2.0, the registers that force.py uses, and the examples' arm. Each command
+advances its time by one period, so that a run gives the same result on every machine."""
 
 import math
 import os
@@ -20,7 +20,7 @@ MODE, PORT_MODE, ENABLE, HARDWARE_ERROR, WATCHDOG, GOAL, POSITION, DATA = 11, 56
 
 
 def crc16(data):
-    """CRC-16 with the polynomial 0x8005, from 0, the high bit first."""
+    """CRC-16 with the polynomial 0x8005, initial value 0, high bit first."""
     crc = 0
     for byte in data:
         crc ^= byte << 8
@@ -35,11 +35,11 @@ class FakeServo:
         self.n_m_per_unit, self.offset, self.n_m_per_count = n_m_per_unit, offset, n_m_per_count
         self.memory = {MODE: 3, PORT_MODE: 3, ENABLE: 0, HARDWARE_ERROR: 0, WATCHDOG: 0}
         self.units, self.silent_s, self.deaf = 0, 0.0, False
-        self.commands, self.forces, self.at = 0, [], {}  # at each command; what happens at the n-th, beside it
+        self.commands, self.forces, self.at = 0, [], {}  # one force per command; n: a function to call at the n-th
         self.master, slave = os.openpty()
         tty.setraw(slave)
         self.name = os.ttyname(slave)
-        self.slave = slave  # kept open: a client that closes it is not the end
+        self.slave = slave  # kept open, so that the pty survives a client that closes it
         self.thread = threading.Thread(target=self.serve, daemon=True)
         self.thread.start()
 
@@ -98,7 +98,7 @@ class FakeServo:
         if self.memory[WATCHDOG] == 0xFF:
             return ACCESS_ERROR
         if self.memory[MODE] != 0 or not self.memory[ENABLE]:
-            raise AssertionError("not current control")
+            raise AssertionError("the mode must be current control, with torque enabled")
         self.units = units
         self.commands += 1
         self.move(units * self.n_m_per_unit)
@@ -110,7 +110,7 @@ class FakeServo:
         self.arm.step(torque)
 
     def elapse(self, time_s):
-        """Time without a packet."""
+        """Lets time pass without a packet."""
         self.silent_s += time_s
         if 0 < self.memory[WATCHDOG] < 0x80 and self.silent_s >= 0.02 * self.memory[WATCHDOG]:
             self.memory[WATCHDOG], self.units = 0xFF, 0
@@ -120,12 +120,12 @@ class FakeServo:
 
 
 class FakeJoint(FakeServo):
-    """The same servo turns the examples' joint."""
+    """The same servo, with the examples' joint instead of the arm."""
 
-    COUNTS = 4096  # a turn
+    COUNTS = 4096  # per turn
 
     def __init__(self, period_s, n_m_per_unit, sign=1):
-        self.hinge, self.sign, self.seen = Hinge(period_s, self.COUNTS), sign, []  # angles and units, at each command
+        self.hinge, self.sign, self.seen = Hinge(period_s, self.COUNTS), sign, []  # (angle, units) at each command
         super().__init__(period_s, n_m_per_unit, 0, 1.0)
 
     def move(self, torque):

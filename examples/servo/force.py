@@ -9,8 +9,8 @@ import tribo
 from dynamixel_sdk import COMM_SUCCESS, PacketHandler, PortHandler
 
 ID, BAUD = 1, 1_000_000
-N_M_PER_UNIT = 0.0045  # of Goal Current: 2.69 mA times the torque of an ampere at the output; yours
-OFFSET, N_M_PER_COUNT = 2048, 0.001  # of the sensor's amplifier, 4,095 counts at 3.3 V; yours
+N_M_PER_UNIT = 0.0045  # one unit of Goal Current: 2.69 mA times the output torque per ampere; set yours
+OFFSET, N_M_PER_COUNT = 2048, 0.001  # the sensor's amplifier, 4,095 counts at 3.3 V; set yours
 
 OPERATING_MODE, EXTERNAL_PORT_MODE_1, TORQUE_ENABLE = 11, 56, 64
 BUS_WATCHDOG, GOAL_CURRENT, EXTERNAL_PORT_DATA_1 = 98, 102, 152
@@ -19,7 +19,7 @@ WATCHDOG_20MS = 1
 
 
 class Servo:
-    """The registers that the loop needs. No answer, or one with an error in it, is an exception."""
+    """Accesses the registers that the loop needs. It raises an exception if the servo does not answer or reports an error."""
 
     def __init__(self, port):
         self.port, self.packets = port, PacketHandler(2.0)
@@ -34,7 +34,7 @@ class Servo:
         self.checked(*self.packets.write1ByteTxRx(self.port, ID, address, value))
 
     def start(self):
-        self.write1(BUS_WATCHDOG, 0)  # also clears one that has expired
+        self.write1(BUS_WATCHDOG, 0)  # also clears an expired watchdog
         self.write1(TORQUE_ENABLE, 0)
         self.write1(OPERATING_MODE, CURRENT_CONTROL)
         self.write1(EXTERNAL_PORT_MODE_1, ANALOG_INPUT)
@@ -55,14 +55,14 @@ class Servo:
 
 # [add
 def hold(servo, loop, references, pause):
-    """A reference a period, until they end; then, or with any fault, the torque is off."""
+    """Sends one reference per period until they end. Then, or at any fault, it switches the torque off."""
     left = 0.0
     try:
         servo.start()
         for reference in references:
             wanted = loop.step(reference, servo.torque()) / N_M_PER_UNIT + left
             units = round(wanted)
-            left = wanted - units  # what a unit is too coarse for goes into the next command
+            left = wanted - units  # the rounding remainder goes into the next command
             servo.command(units)
             pause()
     finally:
@@ -71,19 +71,19 @@ def hold(servo, loop, references, pause):
 
 
 def every(period_s):
-    """A pause until the next period begins."""
+    """Returns a function that waits for the next period."""
     due = time.monotonic()
 
     def pause():
         nonlocal due
-        due = max(due + period_s, time.monotonic())  # a late tick is not made up
+        due = max(due + period_s, time.monotonic())  # does not catch up after a late tick
         time.sleep(max(0.0, due - time.monotonic()))
 
     return pause
 
 
 def steps():
-    """What is to be held: yours."""
+    """The references; replace them with yours."""
     while True:
         yield 0.5
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""joint.py PORT: a position loop for a Dynamixel of the X540 series in current mode, without a force sensor, and its friction taken out; 250 Hz."""
+"""joint.py PORT: a 250 Hz position loop with friction compensation for a Dynamixel X540 in current mode, without a force sensor."""
 
 import pathlib
 import struct
@@ -14,9 +14,9 @@ from hinge import PositionLoop, swing  # noqa: E402
 
 PRESENT_POSITION = 132
 PERIOD_S = 0.004
-COUNTS = 4096  # a turn
+COUNTS = 4096  # per turn
 CURRENT_MAX = 500  # units of 2.69 mA; at most the servo's Current Limit (38)
-KP, KD = 0.8, 0.025  # units a count, units s a count: yours
+KP, KD = 0.8, 0.025  # units per count, units s per count; set yours
 
 
 class Joint(Servo):
@@ -28,18 +28,18 @@ class Joint(Servo):
 
 # [add
 def friction():
-    """Counts, and units of Goal Current. Friction is learned from the loop's own current."""
+    """Units: counts, and units of Goal Current. Friction is learned from the loop's own current."""
     return tribo.Joint(sample_time_s=PERIOD_S, effort_max=CURRENT_MAX, travel=4)
 
 
 def current(joint, effort, q_ref, q):
-    """What is sent to the servo instead of `effort`."""
+    """Returns the current to send to the servo instead of `effort`."""
     return round(joint.step(effort, q_ref, q))
 # add]
 
 
 def follow(servo, joint, references, pause):
-    """A position a period, until they end; then, or with any fault, the torque is off."""
+    """Sends one current per period until the references end. Then, or at any fault, it switches the torque off."""
     try:
         servo.start()
         loop = PositionLoop(KP, KD, PERIOD_S)
@@ -52,7 +52,7 @@ def follow(servo, joint, references, pause):
 
 
 def counts():
-    """Where the joint shall go: yours."""
+    """The positions to follow; replace them with yours."""
     return (COUNTS * q for q in swing(PERIOD_S))
 
 

@@ -1,5 +1,5 @@
-/// The arm that the examples in C run on instead of yours: a pole for the actuator, an arm that friction holds between breakaway
-/// and breakaway, a pole for the sensor. Its breakaway is 20 % above what the examples' rig believes. Forces are in N.
+/// The simulated arm for the examples in C: a pole for the actuator, an arm that friction holds while the net force is within
+/// the breakaway, and a pole for the sensor. Its breakaway is 20 % above the value in the examples' rig. Forces are in N.
 
 #ifndef EXAMPLES_SIM_ARM_H
 #define EXAMPLES_SIM_ARM_H
@@ -9,7 +9,7 @@ typedef struct
     float actuator_n, force_n, reading_n;
 } arm_t;
 
-/// Parts of the way to its rest that each makes in a sample: 1 - e^(-h 200/s), h/(h + 7.5 ms) and 1 - e^(-h 55/s).
+/// The fraction of its remaining distance that each part covers per sample: 1 - e^(-h 200/s), h/(h + 7.5 ms), 1 - e^(-h 55/s).
 typedef struct
 {
     float actuator, arm, sensor;
@@ -23,7 +23,7 @@ static inline float arm_between(float low, float value, float high)
     return value < low ? low : value > high ? high : value;
 }
 
-/// One sample with the command `u_n`.
+/// Advances the arm by one sample with the command `u_n`.
 static inline void arm_step(arm_t *arm, arm_parts_t parts, float u_n)
 {
     const float load      = arm->force_n < 0.0f ? -arm->force_n : arm->force_n;
@@ -34,7 +34,7 @@ static inline void arm_step(arm_t *arm, arm_parts_t parts, float u_n)
     arm->reading_n += parts.sensor * (arm->force_n - arm->reading_n);
 }
 
-/// The benchmark's triangle, 0.4 to 0.6 N, at `tick` of a period of `ticks`.
+/// Returns the benchmark's triangle, 0.4 to 0.6 N, at `tick`; its period is `ticks`.
 static inline float arm_reference_n(unsigned tick, unsigned ticks)
 {
     const float phase = (float)(tick % ticks) / (float)ticks;

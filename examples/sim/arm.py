@@ -1,18 +1,18 @@
-"""The arm that the examples in Python run on instead of yours; arm.h is the same in C. Forces are in N, or N m."""
+"""The simulated arm for the examples in Python; arm.h is the same in C. Forces are in N, or N m."""
 
 import math
 
 
 class Arm:
-    """A pole for the actuator, an arm that friction holds between breakaway and breakaway, a pole for the sensor. Its breakaway is
-    20 % above what the examples' rig believes."""
+    """A pole for the actuator, an arm that friction holds while the net force is within the breakaway, and a pole for the sensor. Its
+    breakaway is 20 % above the value in the examples' rig."""
 
     def __init__(self, period_s):
         self.parts = (1 - math.exp(-200 * period_s), period_s / (period_s + 0.0075), 1 - math.exp(-55 * period_s))
         self.actuator = self.force = self.reading = 0.0
 
     def step(self, u):
-        """One period with the command u."""
+        """Advances the arm by one period with the command u."""
         actuator, arm, sensor = self.parts
         breakaway = 1.2 * (0.007 + 0.3 * abs(self.force))
         self.actuator += actuator * (u - self.actuator)
@@ -22,7 +22,7 @@ class Arm:
 
 
 def triangle(period_s, cycle_s=10.0, cycles=2):
-    """The benchmark's reference, 0.4 to 0.6 N, a value a period."""
+    """Yields the benchmark's reference, 0.4 to 0.6 N, one value per period."""
     ticks = round(cycle_s / period_s)
     for tick in range(cycles * ticks):
         phase = tick % ticks / ticks

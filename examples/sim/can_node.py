@@ -1,4 +1,4 @@
-"""A node on python-can's virtual bus, which serves a fake drive in a thread of its own."""
+"""A node on python-can's virtual bus that serves a fake drive in its own thread."""
 
 import threading
 
@@ -8,7 +8,7 @@ STOP = 0x7FF  # no drive here uses this identifier
 
 
 class CanNode:
-    """Calls take(message) for each frame from `channel`, until finish or close. A subclass calls __init__ once it is ready to."""
+    """Calls take(message) for each frame from `channel`, until finish or close. A subclass calls __init__ when it is ready for frames."""
 
     def __init__(self, channel):
         self.bus = can.Bus(interface="virtual", channel=channel)
@@ -23,7 +23,7 @@ class CanNode:
         self.bus.send(can.Message(**{"arbitration_id": identifier, "data": data, "is_extended_id": False, **options}))
 
     def finish(self):
-        """Takes what is on the bus, and no more."""
+        """Handles the frames that are already on the bus, then stops."""
         if self.thread.is_alive():
             with can.Bus(interface="virtual", channel=self.bus.channel_id) as other:
                 other.send(can.Message(arbitration_id=STOP, is_extended_id=False))

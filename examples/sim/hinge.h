@@ -1,12 +1,12 @@
-/// The joint that the examples in C without a force sensor run on instead of yours: 0.002 kg m2, sticks at 0.12 N m and slides at 0.1. Positions are
-/// turns, torques N m.
+/// The simulated joint for the C examples without a force sensor: 0.002 kg m2, sticks at 0.12 N m and slides at 0.1.
+/// Positions are in turns, torques in N m.
 
 #ifndef EXAMPLES_SIM_HINGE_H
 #define EXAMPLES_SIM_HINGE_H
 
 #include <math.h>
 
-#define HINGE_INERTIA   0.0126 // N m s2 a turn
+#define HINGE_INERTIA   0.0126 // N m s2 per turn
 #define HINGE_FRICTION  0.1    // N m
 #define HINGE_BREAKAWAY 0.12
 #define HINGE_STRIBECK  0.02 // turns/s
@@ -17,7 +17,7 @@ typedef struct
     double angle, speed;
 } hinge_t;
 
-/// A period with one torque.
+/// Advances the joint by one period with a constant torque.
 static inline void hinge_step(hinge_t *hinge, double period_s, double torque)
 {
     const double dt = period_s / HINGE_SUBSTEPS;
@@ -31,7 +31,7 @@ static inline void hinge_step(hinge_t *hinge, double period_s, double torque)
     }
 }
 
-/// What an encoder of so many counts a turn reads.
+/// Returns the reading, in turns, of an encoder with `counts` per turn.
 static inline double hinge_reading(const hinge_t *hinge, double counts)
 {
     return floor(hinge->angle * counts) / counts;

@@ -1,13 +1,13 @@
-"""The joint that the examples without a force sensor run on instead of yours, and what is yours in them: a position loop and where the joint
-shall go. hinge.h is the same in C. Positions are turns, torques N m."""
+"""The simulated joint for the Python examples without a force sensor, and stand-ins for your position loop and your reference. hinge.h has the
+same joint in C. Positions are in turns, torques in N m."""
 
 import math
 
 
 class Hinge:
-    """A joint of 0.002 kg m2 that sticks at 0.12 N m and slides at 0.1, with an encoder of so many counts a turn."""
+    """A joint of 0.002 kg m2 that sticks at 0.12 N m and slides at 0.1 N m; its encoder has `counts` per turn."""
 
-    INERTIA, FRICTION, BREAKAWAY, STRIBECK, SUBSTEPS = 0.0126, 0.1, 0.12, 0.02, 20  # N m s2 a turn, N m, N m, turns/s
+    INERTIA, FRICTION, BREAKAWAY, STRIBECK, SUBSTEPS = 0.0126, 0.1, 0.12, 0.02, 20  # N m s2 per turn, N m, N m, turns/s
 
     def __init__(self, period_s, counts=8192):
         self.dt, self.counts, self.angle, self.speed = period_s / self.SUBSTEPS, counts, 0.0, 0.0
@@ -17,20 +17,20 @@ class Hinge:
         return math.floor(self.angle * self.counts) / self.counts
 
     def move(self, torque):
-        """A substep."""
+        """Advances the joint by one substep."""
         held = self.FRICTION + (self.BREAKAWAY - self.FRICTION) * math.exp(-abs(self.speed) / self.STRIBECK)
         push = torque + self.INERTIA * self.speed / self.dt
         self.speed = 0.0 if abs(push) < held else (push - math.copysign(held, push)) * self.dt / self.INERTIA
         self.angle += self.dt * self.speed
 
     def step(self, torque):
-        """A period with one torque."""
+        """Advances the joint by one period with a constant torque."""
         for _ in range(self.SUBSTEPS):
             self.move(torque)
 
 
 class PositionLoop:
-    """A PD with the velocity of its reference."""
+    """A PD whose D term acts on the error, and so includes the reference's velocity."""
 
     def __init__(self, kp, kd, period_s):
         self.kp, self.kd, self.period_s, self.last_off = kp, kd, period_s, None
@@ -43,7 +43,7 @@ class PositionLoop:
 
 
 def swing(period_s, half_turn=0.25):
-    """To and fro in two seconds, a position a period."""
+    """Yields one position per period, to and fro in two seconds."""
     tick = 0
     while True:
         yield half_turn * math.sin(math.pi * period_s * tick)

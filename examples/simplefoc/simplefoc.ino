@@ -1,4 +1,4 @@
-// A force loop in a sketch of SimpleFOC, 2.4.0 and later. Everything between the marks is new; the rest is the sketch that you have.
+// A force loop in a SimpleFOC sketch, 2.4.0 and later. The lines between the marks are new; the others are your existing sketch.
 
 #include <SimpleFOC.h>
 
@@ -10,14 +10,14 @@ InlineCurrentSense current_sense = InlineCurrentSense(0.01f, 50.0f, A0, A2);
 // [add
 #include "rig_1khz_f32.h"
 
-const float      AMPERE_PER_N = 0.8f; // u in newton is the force at rest without friction
+const float      AMPERE_PER_N = 0.8f; // u in N is the force at rest without friction
 volatile float   reference_n;
-volatile uint8_t ticks; // of the timer
+volatile uint8_t ticks; // counts the timer's interrupts
 
 static tribo_force_loop_f32_state_t   force_loop;
 static tribo_feedforward_f32_memory_t memory;
 
-float read_force_n(); // yours; NAN if it has no reading
+float read_force_n(); // write this; it returns NAN if there is no reading
 
 float force_control(FOCMotor *)
 {
@@ -26,7 +26,7 @@ float force_control(FOCMotor *)
     return AMPERE_PER_N * u_n;
 }
 
-void force_tick() // a timer of 1 kHz
+void force_tick() // called by a 1 kHz timer
 {
     ticks = ticks + 1;
 }
@@ -37,7 +37,7 @@ void force_start()
     (void)tribo_force_loop_f32_start(&force_loop, &rig_params, false);
     motor.linkCustomMotionControl(force_control);
     motor.controller        = MotionControlType::custom;
-    motor.motion_downsample = 0; // move() runs at the timer's rate, the one that the rig was made for
+    motor.motion_downsample = 0; // move() runs at the timer's rate, which must be the rig's
 }
 // add]
 
@@ -55,12 +55,12 @@ void setup()
     motor.init();
     motor.initFOC();
     force_start();
-    start_timer(force_tick, 1000); // HardwareTimer, IntervalTimer, esp_timer: your board's
+    start_timer(force_tick, 1000); // your board's timer: HardwareTimer, IntervalTimer, esp_timer
 }
 
 void loop()
 {
-    motor.loopFOC(); // as fast as it goes
+    motor.loopFOC(); // as often as possible
     // [add
     static uint8_t seen;
     const uint8_t  waiting = ticks - seen;

@@ -1,4 +1,4 @@
-// A native package for the VESC: a force loop at 1 kHz in a thread of its own. The load cell's amplifier is on ADC1.
+// A native package for the VESC: a force loop at 1 kHz in its own thread. The load cell's amplifier is on ADC1.
 
 #include "vesc_c_if.h"
 
@@ -9,9 +9,9 @@ HEADER
 #define AMPERE_PER_N 4.0f
 #define PERIOD_S     0.001f
 #define STACK        4096u
-#define OFF_DELAY_S  0.02f // current goes on for so long without a command
+#define OFF_DELAY_S  0.02f // the current stays on for this time without a command
 
-float reference_n(void); // yours: from an app, a CAN frame, a Lisp extension
+float reference_n(void); // write this: read an app, a CAN frame or a Lisp extension
 
 // [add
 #include "tribo/feedforward_f32.h"
@@ -19,7 +19,7 @@ float reference_n(void); // yours: from an app, a CAN frame, a Lisp extension
 typedef struct
 {
     lib_thread                     thread;
-    tribo_force_loop_f32_params_t  params; // made here: a const struct of pointers would need relocation
+    tribo_force_loop_f32_params_t  params; // made at run time: const pointers would need relocation
     tribo_feedforward_f32_params_t feedforward;
     tribo_guard_f32_params_t       guard_params;
     tribo_force_loop_f32_state_t   loop;
@@ -28,13 +28,13 @@ typedef struct
 
 static bool make(axis_t *axis)
 {
-    tribo_force_loop_f32_config_t        rig    = tribo_force_loop_f32_paper(); // change what differs on yours
+    tribo_force_loop_f32_config_t rig = tribo_force_loop_f32_paper(); // change every value that differs on your rig
     const tribo_feedforward_f32_config_t method = tribo_feedforward_f32_default();
     const tribo_guard_f32_config_t       limits = tribo_guard_f32_default();
-    rig.sample_time_s                           = PERIOD_S; // the paper's controller is refused at another than 1 ms
-    rig.method                                  = tribo_feedforward_f32_use(&axis->feedforward, &method);
-    rig.guard                                   = tribo_guard_f32_use(&axis->guard_params, &limits);
-    axis->loop                                  = (tribo_force_loop_f32_state_t){.memory = &axis->memory.state.tick};
+    rig.sample_time_s = PERIOD_S; // the paper's controller is refused at every other sample time
+    rig.method        = tribo_feedforward_f32_use(&axis->feedforward, &method);
+    rig.guard         = tribo_guard_f32_use(&axis->guard_params, &limits);
+    axis->loop        = (tribo_force_loop_f32_state_t){.memory = &axis->memory.state.tick};
     return tribo_force_loop_f32_init(&axis->params, &rig) == TRIBO_OK &&
            tribo_force_loop_f32_start(&axis->loop, &axis->params, false) == TRIBO_OK;
 }
@@ -50,7 +50,7 @@ static void tick(axis_t *axis)
 }
 // add]
 
-/// Sleeps for most of what is left of the period and waits for the rest: a sleep ends at a tick of 100 us.
+/// Sleeps for most of the remaining period and busy-waits for the rest, because a sleep ends on a 100 us tick.
 static void wait(uint32_t since)
 {
     const float most = PERIOD_S - 0.0002f - VESC_IF->timer_seconds_elapsed_since(since);

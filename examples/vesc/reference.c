@@ -1,4 +1,4 @@
-// What is to be held: yours. Here ADC2, as a potentiometer: 0 to 3.3 V are 0 to 1 N.
+// The reference; replace it with yours. Here it is a potentiometer on ADC2: 0 to 3.3 V are 0 to 1 N.
 
 #include "vesc_c_if.h"
 

@@ -1,4 +1,4 @@
-/// A stand-in for FreeRTOS: what force_task.c uses of it.
+/// A stand-in for FreeRTOS: only the part that force_task.c uses.
 
 #ifndef EXAMPLES_STAND_IN_FREERTOS_H
 #define EXAMPLES_STAND_IN_FREERTOS_H

@@ -1,4 +1,4 @@
-/// As FreeRTOS.h.
+/// A stand-in for FreeRTOS' task.h: only the part that force_task.c uses.
 
 #ifndef EXAMPLES_STAND_IN_TASK_H
 #define EXAMPLES_STAND_IN_TASK_H

@@ -1,4 +1,4 @@
-// hold() of force.cc against the stand-in: the triangle; then a fault, and a drive that does not answer.
+// Runs hold() of force.cc against the stand-in: with the triangle, with a fault, and with a drive that does not answer.
 
 #define FORCE_NO_MAIN
 #include "../force.cc"
@@ -7,8 +7,8 @@
 
 #define PERIOD 5000u // ticks
 
-/// Whether hold() ends with an exception after ten ticks, and leaves the drive stopped.
-static bool ends(bool mjbots::moteus::Controller::*with)
+/// Returns true if hold() throws after ten ticks and leaves the drive stopped.
+static bool stops_and_throws(bool mjbots::moteus::Controller::*with)
 {
     moteus::Controller controller(options());
     int                ticks = 0;
@@ -36,5 +36,5 @@ int main()
     };
     hold(controller, next, [] {});
     std::printf("RMS error %.0f uN\n", 1e6 * std::sqrt(square / PERIOD));
-    return ends(&moteus::Controller::faulty) && ends(&moteus::Controller::silent) ? 0 : 1;
+    return stops_and_throws(&moteus::Controller::faulty) && stops_and_throws(&moteus::Controller::silent) ? 0 : 1;
 }

@@ -1,4 +1,4 @@
-/// A stand-in for mjbots' C++ client: of its types what force.cc uses. Behind it is no bus, but the examples' arm.
+/// A stand-in for mjbots' C++ client: only the types that force.cc uses. It has no bus; it drives the examples' arm.
 
 #ifndef EXAMPLES_STAND_IN_MOTEUS_H
 #define EXAMPLES_STAND_IN_MOTEUS_H
@@ -76,7 +76,7 @@ class Controller {
         Query::Result values;
     };
 
-    /// As std::optional.
+    /// Does what std::optional does.
     struct Optional
     {
         bool     there = false;
@@ -109,7 +109,7 @@ class Controller {
         return answer;
     }
 
-    /// What a format leaves out the drive does not see.
+    /// The drive ignores each field that the format leaves out.
     Optional SetPosition(const PositionMode::Command &command)
     {
         const PositionMode::Format &format = options.position_format;

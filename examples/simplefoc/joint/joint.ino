@@ -1,5 +1,5 @@
-// SimpleFOC's own position control at 1 kHz, and the joint's friction taken out of it. What is between the marks is new; the rest is the sketch
-// that you have.
+// Friction compensation for SimpleFOC's own position control at 1 kHz. The lines between the marks are new; the others are your existing
+// sketch.
 
 #include <SimpleFOC.h>
 // [add
@@ -14,10 +14,10 @@ MagneticSensorSPI    sensor = MagneticSensorSPI(AS5147_SPI, 10);
 InlineCurrentSense   current_sense = InlineCurrentSense(0.01f, 50.0f, A0, A2);
 
 const float      CURRENT_MAX = 2.0f;           // A
-const float      COUNT = 6.2831853f / 16384.0f; // rad, of the encoder
-volatile uint8_t ticks;                        // of the timer
+const float      COUNT = 6.2831853f / 16384.0f; // rad per encoder count
+volatile uint8_t ticks;                        // counts the timer's interrupts
 
-void tick() // a timer of 1 kHz
+void tick() // called by a 1 kHz timer
 {
     ticks = ticks + 1;
 }
@@ -41,19 +41,19 @@ void setup()
     motor.init();
     motor.initFOC();
     // [add
-    tribo_joint_config_t config = tribo_joint_config(); // A and rad
+    tribo_joint_config_t config = tribo_joint_config(); // units: A and rad
     config.sample_time_s = 0.001f;
     config.effort_max = CURRENT_MAX;
     config.travel = 4 * COUNT;
     if (tribo_joint_f32_init(&joint, &config) != TRIBO_OK)
         motor.disable();
     // add]
-    start_timer(tick, 1000); // HardwareTimer, IntervalTimer, esp_timer: your board's
+    start_timer(tick, 1000); // your board's timer: HardwareTimer, IntervalTimer, esp_timer
 }
 
 void loop()
 {
-    motor.loopFOC(); // as fast as it goes
+    motor.loopFOC(); // as often as possible
     static uint8_t seen;
     const uint8_t  waiting = ticks - seen;
     seen += waiting;

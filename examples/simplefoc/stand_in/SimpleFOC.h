@@ -1,5 +1,5 @@
-/// A stand-in for SimpleFOC: of its types what the sketch uses, with the meaning that version 2.4 gives them. It is not SimpleFOC, and a
-/// motor of it is the examples' arm or joint: see main.cpp and joint.cpp.
+/// A stand-in for SimpleFOC: only the types that the sketches use, with the meaning that version 2.4 gives them. Its motor
+/// drives the examples' arm or joint: see main.cpp and joint.cpp.
 
 #ifndef EXAMPLES_STAND_IN_SIMPLEFOC_H
 #define EXAMPLES_STAND_IN_SIMPLEFOC_H
@@ -29,7 +29,7 @@ struct DQCurrent_s
     float d, q;
 };
 
-/// P and I, at the 1 kHz that the sketches call move() with.
+/// A PI controller for the 1 kHz at which the sketches call move().
 struct PIDController
 {
     float P = 0, I = 0, integral = 0;
@@ -75,7 +75,7 @@ class FOCMotor {
         }
     }
 
-    /// Adds feed_forward_current to the set-point anew each time, as SimpleFOC does: the set-point lasts until the next move().
+    /// Adds feed_forward_current to the set-point at each call, as SimpleFOC does; only move() sets the set-point again.
     void loopFOC()
     {
         const float limited = current_sp > current_limit    ? current_limit

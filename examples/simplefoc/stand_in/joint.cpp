@@ -1,5 +1,6 @@
-// The sketch of joint/ on a host: loop() ten times a tick, the examples' joint behind the motor. ./joint [off | stall | reversed]: without the
-// friction term, with a loop that stands still for two ticks, with the motor's phases or the encoder exchanged.
+// Runs the sketch of joint/ on a host: loop() ten times per tick, with the motor driving the examples' joint.
+// ./joint [off | stall | reversed]: off disables the friction term, stall stops the loop for two ticks, reversed exchanges
+// the motor's phases or the encoder.
 
 #include "../joint/joint.ino"
 #include "../../sim/hinge.h"
@@ -24,7 +25,7 @@ void FOCMotor::flows(float ampere)
 void FOCMotor::sense()
 {
     const float angle = (float)(TURN * hinge_reading(&hinge, 16384.0));
-    shaft_velocity += 0.2f * (1000.0f * (angle - shaft_angle) - shaft_velocity); // LPF_velocity, of 5 ms
+    shaft_velocity += 0.2f * (1000.0f * (angle - shaft_angle) - shaft_velocity); // LPF_velocity of 5 ms
     shaft_angle = angle;
 }
 

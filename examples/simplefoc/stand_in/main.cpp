@@ -1,5 +1,5 @@
-// The sketch on a host: loop() ten times a tick, the examples' arm behind the motor. ./sketch [STALL]: with STALL the loop stands
-// still for two ticks.
+// Runs the sketch on a host: loop() ten times per tick, with the motor driving the examples' arm. ./sketch [STALL]: with
+// STALL the loop stops for two ticks.
 
 #include "../../sim/arm.h"
 #include "../simplefoc.ino"

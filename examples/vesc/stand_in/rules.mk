@@ -1,4 +1,4 @@
-# A stand-in for VESC's rules.mk: the flags that matter, and an image in BUILD. No relocation may be left in it.
+# A stand-in for VESC's rules.mk: uses the flags that matter and writes an image to BUILD. The image must contain no relocation.
 BUILD ?= build
 CROSS ?= arm-none-eabi-
 

@@ -1,4 +1,4 @@
-/// A stand-in for VESC's vesc_c_if.h: of its table the functions that the package calls, in their slots, as of firmware 6.05.
+/// A stand-in for VESC's vesc_c_if.h: its table has the functions that the package calls, in the slots of firmware 6.05.
 
 #ifndef EXAMPLES_STAND_IN_VESC_C_IF_H
 #define EXAMPLES_STAND_IN_VESC_C_IF_H

@@ -1,15 +1,16 @@
-// A force loop as a thread of Zephyr, at 1 kHz.
+// A Zephyr thread that runs the force loop at 1 kHz.
 
 #include <zephyr/kernel.h>
 
 #define AMPERE_PER_N 0.8f
-#define BAD_MAX      20u // readings in succession
+#define BAD_MAX      20u // consecutive bad readings before the thread ends
 
-float reference_n(void);       // yours
-float read_force_n(void);      // yours; NAN if there is no reading
-void  command_ampere(float i); // yours
-void  motor_off(void);         // yours
-bool  motor_is_healthy(void);  // yours: current, bus voltage, temperature
+// Write these five functions.
+float reference_n(void);
+float read_force_n(void); // returns NAN if there is no reading
+void  command_ampere(float i);
+void  motor_off(void);
+bool  motor_is_healthy(void); // checks current, bus voltage and temperature
 
 // [add
 #include "rig_1khz_f32.h"
@@ -34,7 +35,7 @@ static void force_thread(void *a, void *b, void *c)
     unsigned bad = 0;
     start();
     k_timer_start(&period, K_MSEC(1), K_MSEC(1));
-    // More than one expiry since the last: a tick was missed.
+    // More than one expiry since the last call means that a tick was missed.
     while (k_timer_status_sync(&period) == 1u && motor_is_healthy() && bad < BAD_MAX)
     {
         const uint32_t before = loop.bad_inputs;

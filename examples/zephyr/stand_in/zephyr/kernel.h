@@ -1,4 +1,4 @@
-/// A stand-in for Zephyr: what src/main.c uses of it.
+/// A stand-in for Zephyr: only the part that src/main.c uses.
 
 #ifndef EXAMPLES_STAND_IN_KERNEL_H
 #define EXAMPLES_STAND_IN_KERNEL_H
