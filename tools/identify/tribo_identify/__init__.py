@@ -1,1 +1,1 @@
-"""From logs of a rig to friction parameters."""
+"""Finds friction parameters from logs of a rig."""

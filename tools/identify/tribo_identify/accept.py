@@ -1,16 +1,17 @@
-"""tribo-identify accept: are the new parameters better on the rig? A fixed, short sequence, and a rule.
+"""tribo-identify accept: decides by a fixed, short sequence and a rule whether the new parameters are better on the rig.
 
-Without logs it writes the sequence: four loops on a triangle of force, with compensation off, on, and with L 20 % less and 20 % more; with
---old a fifth, the old loop. With their logs it judges. The new parameters are accepted if
+Without logs it writes the sequence: four loops that follow a triangle of force, with compensation off, on, and with L 20 % less and 20 % more;
+with --old also a fifth, the old loop. With the logs of these loops it judges. The new parameters are accepted if
 
-- the error falls by the factor that a simulation with these parameters predicts, within its interval: the simulation with L 10 % less and
-  more in the plant, with what the model leaves of the log without compensation, a tenth added on both sides (a larger factor is welcome);
+- the error falls by the factor that a simulation with these parameters predicts, within its interval. The interval comes from simulations with
+  L 10 % less and more in the plant and from the residual of the model in the log without compensation, plus a tenth on both sides (a larger
+  factor is welcome);
 - with L 20 % less and more the error is smaller than without compensation;
-- u does not chatter: it varies at most twice as much as predicted with the noise and the steps of the sensor in the log, in each of the four;
+- u does not chatter: in each of the four loops it varies at most twice as much as predicted with the sensor's noise and steps in the log;
 - the model follows the log without compensation within 10 % of breakaway;
-- the error is smaller than with the old parameters, where these are given.
+- the error is smaller than with the old parameters, if these are given.
 
-Otherwise the old ones stay, and the report says why.
+Otherwise the old parameters stay, and the report says why.
 """
 
 import copy
@@ -31,21 +32,21 @@ from . import bins, logs, native, report
 
 CASES = {"off": None, "on": 1.0, "less": 0.8, "more": 1.2}
 PERIOD_S, PERIODS = 10.0, 3
-PLANT = (0.9, 1.0, 1.1)  # L of the simulated plant over the loop's
-ROOM = 0.1
-WORST = 2.0  # times what is not explained, in phase with what is
+PLANT = (0.9, 1.0, 1.1)  # L of the simulated plant divided by the loop's
+ROOM = 0.1  # added to both sides of the interval
+WORST = 2.0  # times the unexplained error, in phase with the predicted one
 UNIT_S = 0.2
 FOLLOWS = 0.98
 SAME_UNIT = 0.02
 VARIES = 2.0
 RESIDUAL = 0.1
-FREE_N = 1e-6  # breakaway of an arm without any
+FREE_N = 1e-6  # breakaway of an arm without friction
 SEQUENCE = (*(f"{case}.yaml" for case in CASES), "old.yaml")
 VERDICT = ("report.html", "verdict.json", "accepted.y*ml")
 
 
 class Rejected(DesignError):
-    """The old parameters stay."""
+    """The new parameters are rejected; the old ones stay."""
 
     exit_code = 4
 
@@ -53,7 +54,7 @@ class Rejected(DesignError):
 @dataclass
 class Played:
     rms: float  # of r - y, over averages of 20 ms, without the first period
-    variation: float  # of u, per second, likewise
+    variation: float  # of u per second, over the same rows
 
 
 def load(path):
@@ -64,7 +65,7 @@ def load(path):
 
 
 def scaled(friction, times):
-    """The friction with L times `times`."""
+    """Returns the friction with L multiplied by `times`."""
     friction = copy.deepcopy(friction)
     breakaway = friction["breakaway"]
     for key in ("offset_N", "slope", "negative_offset_N", "negative_slope"):
@@ -77,7 +78,7 @@ def scaled(friction, times):
 
 
 def plant_of(loop, times=1.0):
-    """The loop's plant, which slides with the loop's friction, `times`. Where it falls as it slides, breakaway is larger."""
+    """Returns the loop's plant, whose sliding friction is the loop's multiplied by `times`. If friction falls once it slides, the plant's breakaway is larger."""
     plant = loop.get("plant") or {}
     ratio = (plant.get(plant.get("model")) or {}).get("sliding_ratio", 1.0)
     return {**plant, "friction": scaled(loop["compensator"]["friction"], times / ratio)}
@@ -114,7 +115,7 @@ def judged(t, r, u, y):
 
 
 def predict(loop, low, high, readings):
-    """By case, of the plants with less L, the same, more."""
+    """Returns for each case the runs on the plants with less L, the same L and more L."""
     found = {}
     with tempfile.TemporaryDirectory() as name:
         for case in CASES:
@@ -122,7 +123,7 @@ def predict(loop, low, high, readings):
             runs = []
             for times in PLANT:
                 progress.at(f"plays the loop with compensation {case} on the plant with breakaway {times:g} times that of the loop")
-                # The plant's friction is the loop's own, whatever the case does to the loop's.
+                # The plant keeps the loop's original friction, whatever the case changes in the loop.
                 plant = copy.deepcopy(tree)
                 plant["plant"] = plant_of(loop, times)
                 runs.append(run(plant, readings, Path(name)))
@@ -135,7 +136,7 @@ def run(tree, readings, folder):
 
 
 def trace_of(tree, readings, folder):
-    """t, r, u, y of a simulated run."""
+    """Returns t, r, u and y of a simulated run."""
     if "arm" in tree["compensator"]:
         tree["plant"]["arm"] = tree["compensator"]["arm"]
     tree["sensor"] = {**tree.get("sensor", {}), "noise_N": readings.noise, "quantisation_N": readings.step, "noise_seed": 1}
@@ -155,7 +156,7 @@ def level_of(loop, force):
 
 
 def _by_rows(loop, rows, h, plant, limit):
-    """The loop's scenario with `rows` as its reference, each for h seconds, on another plant, without compensation."""
+    """Returns the loop's scenario on another plant, without compensation, with `rows` as the reference, each for h seconds."""
     tree = copy.deepcopy(loop)
     tree |= {"duration_s": len(rows) * h, "reference": {"kind": "csv", "file": "rows.csv"}, "plant": plant,
              "limits": {"u_min_N": -limit, "u_max_N": limit, "input_max_N": limit, "full_scale_N": 2 * limit}}
@@ -165,7 +166,7 @@ def _by_rows(loop, rows, h, plant, limit):
 
 
 def _played(tree, rows, h):
-    """t, r, u, y of the simulation without noise."""
+    """Returns t, r, u and y of the simulation without noise."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         np.savetxt(folder / "rows.csv", np.c_[np.arange(len(rows)) * h, rows], delimiter=",", header="t_s,r_N", comments="", fmt="%.9g")
@@ -173,7 +174,7 @@ def _played(tree, rows, h):
 
 
 def residual(loop, segment):
-    """Of the loop's plant over the log, which plays the log's u: averages of 20 ms."""
+    """Returns the residual of the loop's plant, which plays the log's u, in averages of 20 ms."""
     tree = _by_rows(loop, segment.u, segment.h, plant_of(loop), 10 * float(np.max(np.abs(segment.u))) + 1.0)
     y = _played(tree | {"controller": {"kind": "none"}}, segment.u, segment.h)[3]
     n = min(len(y), len(segment.force))
@@ -182,7 +183,8 @@ def residual(loop, segment):
 
 
 def echo(loop, left, h):
-    """What the loop leaves of a disturbance of F in r - F, rms in N. It is played as a reference on the same plant without friction: both go through the loop alike."""
+    """Returns how much of a disturbance of F the loop leaves in r - F, rms in N. The disturbance is played as a reference on the same plant without friction,
+    because the loop treats both alike."""
     if not np.any(left):
         return 0.0
     free = {key: value for key, value in (loop.get("plant") or {}).items() if key in ("step_s", "actuator_pole_rad_per_s", "arm")}
@@ -194,7 +196,7 @@ def echo(loop, left, h):
 
 @dataclass
 class Expected:
-    """What compensation does by the simulation: rms of r - y without and with it in N, and by what the error is divided: the likely value, the least, the most."""
+    """The simulated effect of compensation: rms of r - y in N without and with it, and the factor by which the error falls (likely, least, most)."""
 
     off: float
     on: float
@@ -202,8 +204,8 @@ class Expected:
 
 
 def expected(predicted, left):
-    """`left`: what no law explains of r - y, rms in N. It may come on top of what is predicted, twice as much of it at the same time; or what is predicted without it
-    may be too much by as much."""
+    """Returns the expected effect. `left` is the part of r - y that no law explains, rms in N. It may add to the predicted error, up to WORST times its rms, or the
+    predicted error may be too large by it."""
     off, on = ([run.rms for run in predicted[case]] for case in ("off", "on"))
     likely = Expected(float(np.hypot(off[1], left)), float(np.hypot(on[1], left)), ())
     least = min(a / (b + WORST * left) for a, b in zip(off, on))
@@ -213,7 +215,8 @@ def expected(predicted, left):
 
 
 def rule(measured, predicted, left, level, echo):
-    """Lines of the verdict, and the reasons against. `left` is what the model leaves of the log without compensation, `echo` what that makes in the loop, rms in N."""
+    """Returns the lines of the verdict and the reasons against. `left` is the model's residual in the log without compensation, `echo` its effect in the loop, both
+    rms in N."""
     factor = measured["off"].rms / max(measured["on"].rms, 1e-300)
     likely, low, high = expected(predicted, echo).factors
     lines = [f"error of r - y: off {measured['off'].rms:.4g} N, on {measured['on'].rms:.4g} N, L 20 % less {measured['less'].rms:.4g} N, more {measured['more'].rms:.4g} N",
@@ -243,7 +246,7 @@ def rule(measured, predicted, left, level, echo):
 
 
 def unit_of(loop, segment):
-    """What the log has of u for a newton of it, and how well u of the log follows from its r and F by the loop's controller, as a correlation."""
+    """Returns the log's u per newton of the loop's u, and the correlation of the log's u with the u that the loop's controller computes from the log's r and F."""
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "off.yaml"
         path.write_text(yaml_text(case_of(loop, "off", float(segment.reference.min()), float(segment.reference.max()))), encoding="utf-8")
@@ -257,7 +260,7 @@ def unit_of(loop, segment):
 
 
 def in_newton(loop, segments):
-    """The segments with u in newton of the loop, and lines to say: a drive may log the command in a unit of its own."""
+    """Returns the segments with u in the loop's newtons, and lines to print: a drive may log the command in its own unit."""
     unit, follows = unit_of(loop, segments["off"])
     if abs(follows) < FOLLOWS:
         return segments, [f"note: u of the log without compensation is not what this loop makes of its r and F (correlation {follows:.2g}): is u the command (--column u=...), and this loop in the drive?"]
@@ -267,7 +270,7 @@ def in_newton(loop, segments):
 
 
 def judge(loop, segments, readings, predicted):
-    """(measured by case, lines of the verdict, reasons against) of the logs of a sequence."""
+    """Returns (measured by case, lines of the verdict, reasons against) for the logs of a sequence."""
     segments, said = in_newton(loop, segments)
     measured = {case: judged(s.t, s.reference, s.u, s.force) for case, s in segments.items()}
     off = segments["off"]

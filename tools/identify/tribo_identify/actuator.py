@@ -1,4 +1,4 @@
-"""tribo-identify actuator: gain, poles and delay of actuator, arm and sensor from a log, by identify-plant of tools/design."""
+"""tribo-identify actuator: finds gain, poles and delay of actuator, arm and sensor from a log, with identify-plant of tools/design."""
 
 import numpy as np
 
@@ -13,14 +13,14 @@ ROWS_MAX = 20_000
 
 
 def data_of(log):
-    """One record, as identify-plant takes it, thinned to what it looks at."""
+    """Returns one record for identify-plant, thinned to the number of rows that it uses."""
     data = identify.data_of(log)
     every = max(len(data.time) // ROWS_MAX, 1)
     return identify.Data(data.time[::every], data.u[::every], data.y[::every])
 
 
 def arm_of(found, stiffness):
-    """In words: the complex pair is the arm's, I s^2 + b s + K; real poles are actuator's, sensor's, or an arm's that is damped."""
+    """Describes the poles: the complex pair belongs to the arm, I s^2 + b s + K; real poles belong to the actuator, the sensor or a damped arm."""
     lines = []
     pairs = [p for p in found["poles"] if p["im"] > 0]
     real = sorted(-p["re"] for p in found["poles"] if not p["im"])

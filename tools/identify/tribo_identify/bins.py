@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BIN_S = 0.02  # over which signals are averaged
+BIN_S = 0.02  # length of an average
 
 
 def bin_size(h):
@@ -16,51 +16,51 @@ def binned(x, size):
 
 
 def noise_of(averages):
-    """Standard deviation, from how they bend."""
+    """Returns the noise of the averages, a standard deviation, from their second differences."""
     return float(np.median(np.abs(np.diff(averages, 2))) / (0.6745 * np.sqrt(6))) if len(averages) > 2 else 0.0
 
 
-FEW = 0.5  # of the rows: with more distinct values than that a reading has no steps
-DITHERED = 0.14  # of a step squared: the variance of readings whose noise is a quarter of a step
+FEW = 0.5  # of the rows: with more distinct values than this the readings have no steps
+DITHERED = 0.14  # times the step squared: variance of the readings if their noise is a quarter of a step
 
 
 @dataclass
 class Readings:
-    """What a sensor adds to a force: white noise, then steps."""
+    """The errors that a sensor adds to a force: white noise, then rounding to steps."""
 
     noise: float  # standard deviation before the steps, N
-    step: float  # between two readings, N; 0: none seen
+    step: float  # between two readings, N; 0 if none was seen
 
     @property
     def rms(self):
-        """Of both."""
+        """Error of noise and steps together."""
         return float(np.hypot(self.noise, self.step / np.sqrt(12)))
 
     @property
     def rounding(self):
-        """Variance of rounding that no average takes out: all of it without noise, none where noise carries the readings over the steps."""
+        """Variance of rounding that averaging does not remove: all of it without noise, none if the noise carries the readings over the steps."""
         if self.step == 0:
             return 0.0
-        waves = np.pi * np.arange(1, 20)  # of the sawtooth that rounding adds
+        waves = np.pi * np.arange(1, 20)  # harmonics of the sawtooth that rounding adds
         return float(np.sum(self.step**2 / (2 * waves**2) * np.exp(-((2 * waves * self.noise / self.step) ** 2))))
 
     @property
     def coarse(self):
-        """The steps, as far as no noise carries the readings over them, N."""
+        """The part of the step that no noise averages out, N."""
         return float(np.sqrt(12 * self.rounding))
 
     @property
     def worst(self):
-        """Of both, rms, where F rests half a step off."""
+        """Error of both, rms, if F rests half a step off."""
         return float(np.sqrt(self.rms**2 + 2 * self.rounding))
 
     def averaged(self, size):
-        """Of both in averages over `size` rows, rms."""
+        """Error of both in averages over `size` rows, rms."""
         return float(np.sqrt((self.rms**2 - self.rounding) / size + self.rounding))
 
 
 def step_of(y):
-    """The usual distance between neighbouring values of y, 0 where values hardly repeat."""
+    """Returns the median distance between neighbouring values of y, or 0 if values hardly repeat."""
     values = np.unique(y)
     if len(values) < 3 or len(values) > FEW * len(y):
         return 0.0
@@ -68,11 +68,11 @@ def step_of(y):
 
 
 def readings_of(y):
-    """Noise and steps of a sensor, from how its readings bend.
+    """Returns noise and steps of a sensor, from the second differences of its readings.
 
-    Noise above two steps shows in the median bend, whatever else is in the log. Below them many rows repeat the last one and the median is 0: there the mean counts,
-    less, until noise blurs them, the bends of a staircase. A noise n far below a step q makes readings flicker next to a threshold only, with the variance q n / sqrt(pi) on
-    average; above a quarter of a step the variance is that of noise and rounding, n^2 + q^2 / 12."""
+    Noise above two steps shows in the median second difference, whatever else is in the log. With less noise many rows repeat the last one and the median is 0.
+    Then the mean is used, less the second differences of a staircase, as long as noise does not blur them. Noise n far below a step q makes readings flicker only
+    next to a threshold, with the variance q n / sqrt(pi) on average; above a quarter of a step the variance is that of noise and rounding, n^2 + q^2 / 12."""
     step, bend = step_of(y), np.diff(y, 2)
     if len(bend) == 0:
         return Readings(0.0, step)
@@ -87,11 +87,11 @@ def readings_of(y):
     return Readings(float(np.sqrt(np.pi) * flickers / step if flickers < DITHERED * step**2 else (variance - step**2 / 12) ** 0.5), step)
 
 
-OWN = 1.1  # times the variance that noise and steps alone leave
+OWN = 1.1  # times the variance of noise and steps is still explained by them
 
 
 def beyond(left, readings, size):
-    """What a model leaves of averages over `size` rows, without the part that the sensor's noise and steps make. F may rest half a step off for long."""
+    """Returns the residual `left`, in averages over `size` rows, less the part due to the sensor's noise and steps. F may rest half a step off for long."""
     left = np.sign(left) * np.maximum(np.abs(left) - np.sqrt(3 * readings.rounding), 0.0)
     share = 1 - OWN * (readings.rms**2 - readings.rounding) / size / max(float(np.mean(left**2)), 1e-300)
     return max(share, 0.0) ** 0.5 * left

@@ -1,4 +1,4 @@
-"""tribo-identify: the command line. Nothing but the standard library until a command runs: --help starts at once, a build makes the manual page."""
+"""The command line of tribo-identify. It imports only the standard library until a command runs, so that --help starts at once and a build can make the manual page."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""tribo-identify friction: reads, fits, says and writes."""
+"""tribo-identify friction: reads the logs, fits the parameters, prints and writes the results."""
 
 from pathlib import Path
 
@@ -57,7 +57,7 @@ def _summary(result):
 
 
 def mapping_of(result):
-    """The keys of a scenario's compensator.friction."""
+    """Returns the keys of a scenario's compensator.friction."""
     p = result.params
     number = lambda x: float(f"{x:.6g}")
     if result.table:
@@ -73,7 +73,7 @@ def mapping_of(result):
 
 
 def _plant(base, result, options):
-    """The base's actuator and arm with the friction of the log, whatever friction the base had."""
+    """Returns the base's actuator and arm with the friction of the log in place of the base's friction."""
     plant = {key: base[key] for key in ("step_s", "actuator_pole_rad_per_s", "arm") if key in base}
     plant["friction"] = mapping_of(result)
     if options.actuator:
@@ -88,7 +88,7 @@ def friction_yaml(result, options):
 
 
 def _loop(tree, result, options):
-    """The rig's loop with this friction, checked by the library, and its params for the drive."""
+    """Returns the files of the rig's loop with this friction, checked by the library, and its parameters for the drive."""
     if tree is None:
         return {}
     base = Path(options.scenario).resolve()
@@ -97,7 +97,7 @@ def _loop(tree, result, options):
     if options.sensor:
         tree["sensor"] = (tree.get("sensor") or {}) | {"pole_rad_per_s": options.sensor}
     text = yaml_text(tree)
-    trial = base.with_name(f".{base.stem}.identified.yaml")  # beside it, as it may name files
+    trial = base.with_name(f".{base.stem}.identified.yaml")  # in the same folder, because the scenario may name files
     try:
         trial.write_text(text, encoding="utf-8")
         header, _ = native.run_tribo_sim("params", trial, "--arith", options.arith, "--name", "loop")

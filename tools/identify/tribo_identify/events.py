@@ -1,4 +1,4 @@
-"""Break-away events: where the force begins to move, which way, and with how much net force; and what a log cannot tell."""
+"""Break-away events (where the force begins to move, in which direction, with how much net force), and the refusals of logs that cannot tell friction."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,10 @@ from .bins import BIN_S, bin_size, binned, noise_of
 from .refusal import Refusal
 from .slides import PART, SURE, later, runs_of, spans
 
-LONG = 0.3  # of the range of F: a sweep over so much stands for one load more
-STANDS = 0.05  # of the range of u
-SATURATED_ROWS = 20  # at exactly the largest or least value
-TOGETHER = 0.5  # the least correlation of u with a noisy F that follows it
+LONG = 0.3  # of the range of F: a sweep this long counts as one more load
+STANDS = 0.05  # of the range of u: F that stands for longer is at a limit
+SATURATED_ROWS = 20  # at exactly the largest or smallest value
+TOGETHER = 0.5  # least correlation of u with a noisy F that follows it
 WRONG_SIGN = "wrong sign: F falls where u rises (--scale u=- or --scale F=-)"
 
 
@@ -32,7 +32,7 @@ class Event:
 
 
 def find(log):
-    """Events of all segments, in order, and the ways of slow slides by segment."""
+    """Returns the events of all segments, in order, and the directions of slow slides by segment."""
     events, ways = [], _ways(log)
     for number, (s, way) in enumerate(zip(log.segments, ways)):
         moving = np.flatnonzero(way)
@@ -59,7 +59,8 @@ def find(log):
 
 
 def _ways(log):
-    """By row and segment: the ways of slow slides; where friction is too small for a slide to be slow beside it, those of the later parts of all slides, if these are many: a few are a log that goes one way."""
+    """Returns the directions of slow slides for each row of each segment. If friction is too small for any slide to count as slow, uses the later parts of all slides,
+    provided there are many: a few occur even in a log that goes one way."""
     ways = [native.slides(s.u, s.force, s.h) for s in log.segments]
     if {1, -1} <= {int(w) for way in ways for w in np.unique(way)}:
         return ways
@@ -86,7 +87,7 @@ def _union(spans):
 
 
 def loads(spans):
-    """Intervals of F in which it slides both ways, by (way, low, high) of slides; and how many loads they stand for: a long one is several."""
+    """Returns the intervals of F in which it slides both ways, from (way, low, high) of the slides, and the number of loads they stand for: a long one counts as several."""
     up, down = (_union([span[1:] for span in spans if span[0] == w]) for w in (1, -1))
     both = [(max(a[0], b[0]), min(a[1], b[1])) for a in up for b in down if max(a[0], b[0]) < min(a[1], b[1])]
     if not both:
@@ -97,15 +98,15 @@ def loads(spans):
 
 
 def _stands(x):
-    """(first, end, value) of the runs in which x stands still for long."""
+    """Returns (first, end, value) of the runs in which x stands still for long."""
     cuts = np.flatnonzero(np.diff(x)) + 1
     begin, end = np.r_[0, cuts], np.r_[cuts, len(x)]
     return [(a, b, x[a]) for a, b in zip(begin, end) if b - a >= SATURATED_ROWS]
 
 
 def _a_step_of(x, u):
-    """By how far u goes on while x, on its way, stands at a level that it comes to from one side and leaves to the other: the median, 0 where x does not stand. With a sensor that
-    reads in coarse steps, through whatever filter or scale, this is a step."""
+    """Returns the median distance that u travels while x stands at a level that it reaches from one side and leaves on the other, or 0 if x does not stand. For a sensor
+    that reads in coarse steps this is one step, whatever filter or scale is behind it."""
     cuts = np.flatnonzero(np.diff(x)) + 1
     ways = np.sign(np.diff(x)[cuts - 1])
     passed = np.flatnonzero(ways[:-1] == ways[1:])
@@ -114,8 +115,8 @@ def _a_step_of(x, u):
 
 
 def saturated(segment, name=None):
-    """Rows in which u or F, or the one that is named, stands at its largest or least value for long. A u that is held at other levels as well is held there, too; and F may rest there in
-    stiction, but not while u goes beyond where F came there, then or before, by more than F has to go until a sensor that reads in steps shows the next."""
+    """Marks the rows in which u and F, or the signal `name`, stand at their largest or smallest value for long. If u stands at other levels as well, it is held and not at a
+    limit. F may rest at its extreme in stiction, but only until u has gone beyond the point at which F arrived there by more than `room`, which includes two sensor steps."""
     rows, u = np.zeros(len(segment.u), bool), segment.u
     for x in (u, segment.force) if name is None else (getattr(segment, name),):
         still = _stands(x)
@@ -126,18 +127,18 @@ def saturated(segment, name=None):
             for a, b, value in still:
                 if value != extreme:
                     continue
-                came = max(came, way * u[a])  # F may have overshot to it before
+                came = max(came, way * u[a])  # F may have reached it earlier by an overshoot
                 rows[a:b] |= not held and (x is u or np.max(way * u[a:b]) - came > room) and a > 0 and b < len(x)
     return rows
 
 
 def held_s(log):
-    """How long u stands between changes that come regularly; 0 where they do not."""
+    """Returns how long u stands between regular changes, in s; 0 if they are not regular."""
     return float(np.median([rows.held_rows(s.u) for s in log.segments])) * log.sample_time_s
 
 
 def not_of_one_clock(log, lag_s, also=""):
-    """The refusal of F that comes before u, or far behind it."""
+    """Returns the refusal of an F that comes before u, or far behind it."""
     held = held_s(log)
     if lag_s < 0 < held:
         return Refusal("held", f"held: u changes each {held:.3g} s only, and F comes {-lag_s:.3g} s before it: log u as often as F, with the command that the drive gets")
@@ -147,20 +148,20 @@ def not_of_one_clock(log, lag_s, also=""):
 
 
 def falls_where_u_rises(log):
-    """By the changes of u and F over a tenth of a second."""
+    """Returns whether F falls where u rises, from their changes over a tenth of a second."""
     step = max(1, round(0.1 / log.sample_time_s))
     moves = np.concatenate([np.diff(np.c_[s.u, s.force][::step], axis=0) for s in log.segments])
     return np.sum(moves[:, 0] * moves[:, 1]) < -0.3 * np.sqrt(np.prod(np.sum(moves**2, axis=0)))
 
 
-INTERVALS = (1e-6, 0.1)  # s, that the library takes
+INTERVALS = (1e-6, 0.1)  # s, that the library accepts
 TOTAL_S = 1.0  # least length of a log
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 LONGER = {"--unit t=min": 60.0, "--scale t=3600": 3600.0, "--scale t=86400": 86400.0}
 
 
 def _fits(interval, total):
-    """A sample time and a length that an experiment may have."""
+    """Returns whether an experiment can have this sample time and this length."""
     return 1e-5 <= interval <= 0.05 and 5.0 <= total <= 2e4
 
 
@@ -169,7 +170,7 @@ def interval_and_length(log):
 
 
 def other_unit(log):
-    """The refusal of stamps in another unit, in which the log would be an experiment; None where it is one, or is one in no unit."""
+    """Returns the refusal that names the unit of the stamps in which the log would be an experiment. Returns None if the log already is one, or is one in no unit."""
     h, total = interval_and_length(log)
     said = f"clock: a row each {h:.3g} s, {total:.3g} s in all"
     now = UNITS.get(log.time_unit, 1.0)
@@ -187,7 +188,7 @@ def other_unit(log):
 
 
 def check_clock(log):
-    """Refuses a log whose stamps are in another unit, with the one in which it would be an experiment."""
+    """Refuses a log whose stamps are in another unit, and names the unit in which it would be an experiment."""
     h, total = interval_and_length(log)
     if INTERVALS[0] <= h <= INTERVALS[1] and total >= TOTAL_S:
         return
@@ -200,11 +201,11 @@ def check_clock(log):
 
 
 def check_limits(log):
-    """Refuses u or F that stands at its limit."""
+    """Refuses a log in which u or F stands at its limit."""
     full = {name: sum(saturated(s, name).sum() for s in log.segments) / log.rows for name in ("u", "force")}
     if sum(full.values()) <= 0.02:
         return
-    if falls_where_u_rises(log):  # then u goes on where F rests in stiction, and only seems to be at a limit
+    if falls_where_u_rises(log):  # F rests in stiction while u goes on, and only seems to be at a limit
         raise Refusal("sign", WRONG_SIGN)
     name = max(full, key=full.get)
     x = np.concatenate([getattr(s, name) for s in log.segments])
@@ -214,13 +215,13 @@ def check_limits(log):
 
 
 def _go_together(log, size):
-    """Does F go where u goes, on the whole?"""
+    """Returns whether F follows u overall."""
     u, force = (np.concatenate([binned(getattr(s, name), size) for s in log.segments]) for name in ("u", "force"))
     return len(u) > 50 and np.ptp(u) > 0 and np.ptp(force) > 0 and np.corrcoef(u, force)[0, 1] > TOGETHER
 
 
 def check(log):
-    """Refuses what shows before any fit."""
+    """Refuses faults that show before any fit."""
     check_clock(log)
     u, force = np.concatenate([s.u for s in log.segments]), np.concatenate([s.force for s in log.segments])
     span_u, span = np.ptp(u), np.ptp(force)
@@ -247,7 +248,7 @@ def check(log):
 
 
 def check_events(log, events):
-    """Refuses what shows in the events."""
+    """Refuses faults that show in the events."""
     if not events:
         raise Refusal("silent", "F never slides slowly: nothing tells breakaway (tribo-identify plan writes an experiment that does)")
     found = spans(log)

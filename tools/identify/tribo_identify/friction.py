@@ -1,13 +1,14 @@
-"""tribo-identify friction: breakaway, command and hysteresis from logs.
+"""tribo-identify friction: finds breakaway, command scale and hysteresis from logs.
 
-1. Events (events.py), and the line through the slides (slides.py), as the start; and the lags, where none are given.
-2. Output error: the library's compensator plays u (native.c) and must give the recorded F. Gauss-Newton over averages of 20 ms; blocks that fit far worse
-   than the others are left out, and said. A delay between u and F is found first.
-3. Intervals: block bootstrap. A block is a half-cycle, from one break-away to the next of the other direction, so that repeats are what counts and not
-   the number of samples. Each draw solves the linearised fit anew; Student's t for the number of blocks.
-4. Where the model does not follow the log and the line does so better, breakaway and command are the line's.
-5. Lack of fit: what each block's own L differs by, over the loads, against the scatter between repeats at a load: a table where a line is refused.
-6. A quarter of the blocks, held out, must fit as the others do.
+1. Start: the events (events.py) and the line through the slides (slides.py) give the first values, and the lags if none are given.
+2. Output error: the library's compensator plays u (native.c) and must reproduce the recorded F. Gauss-Newton minimises the error over averages of 20 ms;
+   blocks that fit far worse than the others are left out and reported. A delay between u and F is found first.
+3. Intervals: block bootstrap. A block is a half-cycle, from one break-away to the next in the other direction, so that the number of repeats counts and
+   not the number of samples. Each draw solves the linearised fit again; Student's t accounts for the number of blocks.
+4. If the model does not follow the log and the line does so better, breakaway and command come from the line.
+5. Lack of fit: the deviation of each block's own L, over the loads, is compared with the scatter between repeats at one load. If that refuses a line, a
+   table replaces it.
+6. Hold-out: a quarter of the blocks is held out and must fit as well as the others.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -25,29 +26,29 @@ from .bins import bin_size, binned, noise_of
 from .events import WRONG_SIGN, check, check_events, find, held_s, loads, not_of_one_clock, other_unit, saturated
 from .refusal import Refusal
 
-STEPS_MAX = 10_000_000  # of a simulation, beyond which its steps grow
-K_STARTS = (3.0, 5.0, 8.0, 14.0)  # of k_min, and L over the friction of slow slides: the fit has more than one valley
-APART = 0.08  # of L: a smaller difference of L+ and L- does no harm
-L_STARTS = (1.0, 1.2, 1.5, 2.0)
-SHARP = 0.3  # of the Jacobian's steps, near the end: the relays make the model rough below and bent above it
-VALLEYS = 4  # that are gone down into
-NOISE = 1.5  # times the noise of the averages: no other valley is deeper
-FALL = 0.015  # of L: a larger one from break-away to sliding is named
-GAP = 0.005  # of L, in slow slides, that the median of a noisy log may be off by
-EARLY_STEPS = -1.5  # of the lags that are tried at the turns: an earlier F was not driven by u
-FOLLOWS = 0.85  # of the way of F, that goes the way of u
-MATTERS = 0.01  # of the largest force: less friction is none
-DOUBT = 0.03  # of L: a residual beyond it casts doubt on L, a third of it on hysteresis
+STEPS_MAX = 10_000_000  # of a simulation; beyond them the steps get longer
+K_STARTS = (3.0, 5.0, 8.0, 14.0)  # starts of k_min; the fit has more than one minimum
+APART = 0.08  # of L: a smaller difference between L+ and L- does no harm
+L_STARTS = (1.0, 1.2, 1.5, 2.0)  # starts of L divided by the friction of slow slides
+SHARP = 0.3  # factor of the Jacobian's steps near the end: with smaller steps the relays make the model rough, with larger ones it is curved
+VALLEYS = 4  # minima that are searched
+NOISE = 1.5  # times the noise of the averages: with so small an error no other minimum is deeper
+FALL = 0.015  # of L: a larger fall of friction from break-away to sliding is reported
+GAP = 0.005  # of L: possible error, in slow slides, of the median of a noisy log
+EARLY_STEPS = -1.5  # steps between the lags that are tried at the turns: an F that comes earlier was not driven by u
+FOLLOWS = 0.85  # of the travel of F must be in the direction of u
+MATTERS = 0.01  # of the largest force: less friction counts as none
+DOUBT = 0.03  # of L: a larger residual casts doubt on L, a third of it on hysteresis
 ROWS_MAX = 2_400_000  # of all iterations together
-START_ROWS = 60_000  # of a log, that its start is chosen by
-FINE_S = 1e-4  # step of the fits, and of the choice of their starts: a relay that switches a step late may take another way
-COARSE_S = 5e-4
+START_ROWS = 60_000  # of a log are used to choose its start
+FINE_S = 1e-4  # step of the fits
+COARSE_S = 5e-4  # step for the choice of their starts
 DRAWS = 999
 SYMMETRIC = ("offset", "slope", "scale", "gravity")
 CALIBRATED = ("offset_positive", "slope_positive", "offset_negative", "slope_negative")
 HYSTERESIS = ("k_min", "k_max", "m", "v0")
 REST = ("k_min", "k_max", "v0", "m", "delay")
-# What a log need not show has a prior, about the paper's values (as logarithms) or 0: it is part of the intervals of all others.
+# Parameters that a log may not show have a prior around the paper's values (as logarithms) or 0. The prior is part of the intervals of all others.
 PRIOR = {"k_min": 1.0, "k_max": 0.6, "m": 0.4, "v0": 0.6, "delay": 0.005}
 LOGARITHMIC = HYSTERESIS
 LAG_MAX_S = 0.2
@@ -73,11 +74,11 @@ class Estimate:
 class Result:
     estimates: list
     params: dict  # for native.simulate
-    table: list  # (F, L+, L-), empty: the line
+    table: list  # (F, L+, L-); empty if breakaway is a line
     events: list
     model: list  # F by segment
     residual_rms: float
-    held_out: float  # rms of the held-out blocks over that of the others
+    held_out: float  # rms of the held-out blocks divided by that of the others
     ripple: float
     delay_s: float
     loads: list
@@ -85,12 +86,12 @@ class Result:
     remarks: list = field(default_factory=list)
     L_half: float = 0.0  # of L in the middle of the loads, relative
     rate_effect: float = 0.0  # of breakaway, relative, for ten times the rate
-    slide_gap: tuple = (0.0, np.inf)  # friction seen in slow slides less the model's there, over L; and half of its interval
-    noises: noise.Noise = field(default_factory=lambda: noise.Noise(0.0, 0.0, 0.0))  # what no model follows; a u that is off is in units of F
-    line_error: float | None = None  # N, where the line through the slides gave breakaway and command
-    fall: tuple = (0.0, np.inf)  # of friction from break-away to sliding, relative, and half of its interval
-    shown: list = field(default_factory=list)  # what the residual of the slides shows
-    lack_of_fit: tuple = (0.0, 1.0)  # largest deviation from the line, relative; probability by chance
+    slide_gap: tuple = (0.0, np.inf)  # measured friction in slow slides less the model's, divided by L; and half of its interval
+    noises: noise.Noise = field(default_factory=lambda: noise.Noise(0.0, 0.0, 0.0))  # noise that no model follows; that of u is in units of F
+    line_error: float | None = None  # N; set if the line through the slides gave breakaway and command
+    fall: tuple = (0.0, np.inf)  # relative fall of friction from break-away to sliding, and half of its interval
+    shown: list = field(default_factory=list)  # sentences on patterns in the residual of the slides
+    lack_of_fit: tuple = (0.0, 1.0)  # largest relative deviation from the line, and the probability that it is chance
 
 
 class Fit:
@@ -107,9 +108,9 @@ class Fit:
         self.start = [float(np.mean(s.force[: self.size])) for s in log.segments]
         self.full = np.concatenate([binned(saturated(s).astype(float), self.size) > 0 for s in log.segments])
         self._blocks()
-        self.sharp = 1.0  # of the steps of the Jacobian
+        self.sharp = 1.0  # factor of the Jacobian's steps
         self.table_at = None  # loads of a table
-        self.delay_s = 0.0  # that is expected
+        self.delay_s = 0.0  # expected delay
         self.weight = np.ones(self.count)
 
     def step(self, step_s):
@@ -117,11 +118,11 @@ class Fit:
         self.substeps = max(min(wanted, STEPS_MAX // max(self.log.rows, 1)), 1)
 
     def iterations(self):
-        """Fewer for a long log, for which the fit to its first rows is a good start."""
+        """Returns the number of iterations: fewer for a long log, because the fit to its first rows is a good start."""
         return max(min(8, ROWS_MAX // max(self.log.rows, 1)), 2)
 
     def _blocks(self):
-        """A block begins where F breaks away in another direction than before, and with each segment."""
+        """Cuts the log into blocks. A block begins with each segment, and where F breaks away in another direction than before."""
         block, number, first = [], -1, 0
         self.of_event = {}
         for index, s in enumerate(self.log.segments):
@@ -168,7 +169,7 @@ class Fit:
         return [native.simulate(p, s.u, s.h, y0, self.substeps, table) for s, y0 in zip(self.log.segments, self.start)]
 
     def outputs(self, names, thetas):
-        """Of several parameters, averaged, a row each."""
+        """Returns the averaged outputs for several parameter sets, one row each."""
         params, tables = zip(*(self.params(names, theta) for theta in thetas))
         pieces = []
         for s, y0 in zip(self.log.segments, self.start):
@@ -180,7 +181,7 @@ class Fit:
         return self.y - self.outputs(names, [theta])[0]
 
     def noise(self):
-        """Of the averages of F, from how they bend."""
+        """Returns the noise of the averages of F, from their second differences."""
         return noise_of(self.y)
 
     def rms(self, residual):
@@ -202,12 +203,12 @@ class Fit:
         return ((there - (self.y - residual)) / np.diag(d)[:, None]).T
 
     def prior(self, names):
-        """Means, and inverse variances."""
+        """Returns the means and inverse variances of the priors."""
         mean = np.array([np.log(native.PAPER[n]) if n in LOGARITHMIC else self.delay_s if n == "delay" else 0.0 for n in names])
         return mean, np.array([1 / PRIOR[n] ** 2 if n in PRIOR else 0.0 for n in names])
 
     def solve(self, names, theta, iterations=8, j=None):
-        """Gauss-Newton with damping. A Jacobian, `j` or the last, is kept as long as it helps."""
+        """Gauss-Newton with damping. Keeps a Jacobian, `j` or the last one, as long as it helps."""
         names, theta = list(names), np.array(theta, float)
         damping, fresh = 1e-3, False
         with ThreadPoolExecutor(2) as pool:
@@ -234,14 +235,14 @@ class Fit:
                     damping *= 10 if fresh else 1
                 if gain < 1e-3 and fresh:
                     break
-                if gain < 0.3:  # another point, another slope
+                if gain < 0.3:  # the next step needs a new Jacobian
                     self.j, j = j, None
                 fresh = False
             self.j = self.j if j is None else j
         return theta, residual
 
     def _within(self, names, theta):
-        """What the library takes: offsets above 0, slopes from 0."""
+        """Limits theta to what the library accepts: offsets above 0, slopes of at least 0."""
         for i, name in enumerate(names):
             if name.startswith(("offset", "table")):
                 theta[i] = max(theta[i], 1e-3 * self.level)
@@ -256,7 +257,7 @@ class Fit:
         return delta
 
     def sums(self, residual):
-        """J'J and J'r of each block."""
+        """Returns J'J and J'r of each block."""
         w = self.use()
         p = self.j.shape[1]
         a, g = np.zeros((self.count, p, p)), np.zeros((self.count, p))
@@ -265,7 +266,7 @@ class Fit:
         return a, g
 
     def bootstrap(self, names, residual, seed=1):
-        """Draws of the difference from the fit: blocks of the gradient, each as it is without its own pull on the fit. The priors are drawn as well."""
+        """Returns draws of the difference from the fit. Draws blocks of the gradient, each corrected for its own influence on the fit, and the priors as well."""
         a, g = self.sums(residual)
         used = np.flatnonzero(np.trace(a, axis1=1, axis2=2) > 0)
         n, p = len(used), self.j.shape[1]
@@ -276,7 +277,7 @@ class Fit:
         total = a.sum(0)
         total = total + np.diag(penalty) + 1e-9 * np.diag(np.diag(total) + 1e-12 * np.trace(total))
         g = (total @ np.linalg.solve(total - a, g[..., None]))[..., 0]
-        g = g - g.mean(0)  # at the optimum it is 0 but for the prior's share and the last step
+        g = g - g.mean(0)  # at the optimum the mean is 0 except for the prior's share and the last step
         source = np.random.default_rng(seed)
         draws = source.multinomial(n, np.full(n, 1 / n), size=DRAWS)
         wider = scipy.special.stdtrit(max(n - len(SYMMETRIC), 1), 0.975) / 1.96
@@ -284,21 +285,21 @@ class Fit:
         return np.linalg.solve(total, (wider * (draws @ g) + pull).T).T
 
     def left(self, residual):
-        """Of the sum of squares, what is above the noise."""
+        """Returns the part of the sum of squares above the noise."""
         return max(self.rms(residual) ** 2 - (noise.OWN * self.noise()) ** 2, 0.0) * float(np.sum(self.use()))
 
     def model_half(self, names, residual):
-        """Half of the intervals by the model's own error: what the fit leaves above the noise may be an error of any one."""
+        """Returns half of the intervals due to the model's own error: the residual above the noise may be an error of any one parameter."""
         return np.sqrt(np.diag(self.model_error(names, residual)))
 
     def model_error(self, names, residual):
-        """The same as a covariance."""
+        """Returns the model's own error as a covariance."""
         total = self.j.T @ (self.use()[:, None] * self.j) + np.diag(self.prior(names)[1] * self.rms(residual) ** 2)
         return self.left(residual) * np.linalg.pinv(total)
 
     def hysteresis_half(self, names, theta, residual):
-        """Intervals of the hysteresis, 0 for the rest: the relays make the model jump, and a jump within the Jacobian's step is no knowledge. So only what both
-        sides say counts."""
+        """Returns half of the intervals of the hysteresis parameters, 0 for the others. The relays make the model jump, and a jump within the Jacobian's step carries
+        no information. So each derivative counts only as far as both one-sided differences agree on it."""
         here = self.j
         with ThreadPoolExecutor(2) as pool:
             self.sharp *= -1
@@ -312,7 +313,7 @@ class Fit:
 
 
 def start(log, rig, ways):
-    """F = scale u + gravity - way (offset + slope F), over the faster slides, in which friction is nearest to L; and the rows of slow slides."""
+    """Fits F = scale u + gravity - way (offset + slope |F|) to the faster slides, in which friction is closest to L. Returns the values and the rows of slow slides."""
     lag = sum(1 / rig[n] for n in ("actuator", "sensor") if rig[n] > 0) + rig["damping"] / rig["stiffness"]
     fast, slow = [], []
     for s, way in zip(log.segments, ways):
@@ -337,14 +338,14 @@ def start(log, rig, ways):
 
 
 def rig_of(lag_s):
-    """A rig whose lags add up to one that was found: a third each in the arm, the sensor and the delay."""
+    """Returns a rig whose lags add up to `lag_s`, a third each in the arm, the sensor and the delay; and that delay."""
     part = max(lag_s / 3, 5e-4)
     k = native.PAPER["stiffness"]
     return {"actuator": 0.0, "sensor": 1 / part, "damping": k * part, "inertia": k * part**2 / 2}, lag_s - 2 * part
 
 
 def slow_rows(log, ways):
-    """u, F and way of slow slides, averaged."""
+    """Returns u, F and direction of slow slides, averaged."""
     rows = []
     for s, way in zip(log.segments, ways):
         size = bin_size(s.h)
@@ -354,7 +355,7 @@ def slow_rows(log, ways):
 
 
 def ripple_of(rows, line):
-    """Amplitude of what u has to overcome beside the line and friction, the same in both directions: periodic in position, so in F."""
+    """Returns the amplitude of the force that u must overcome in addition to line and friction, the same in both directions: it is periodic in position, and so in F."""
     u, force, way = rows.T
     p = line.law()
     net = p["scale"] * u + p["gravity"] - force - way * line.breakaway(force, way)
@@ -380,9 +381,9 @@ def _verdict(name, value, half):
 
 
 def identify(log, rig=None, assume="symmetric", allow_slides=True):
-    """The parameters of the friction that the log shows, or Refusal. `rig` has what is known of actuator, sensor, damping, stiffness, inertia, delay; without it the
-    lags are found. `assume` is symmetric, calibrated, or None if neither is known: then symmetric, and what it rests on is weak. `allow_slides`: the slides'
-    line may take the place of the model's breakaway and command; else it is not asked."""
+    """Returns the friction parameters that the log shows, or raises Refusal. `rig` has the known ones of actuator, sensor, damping, stiffness, inertia and delay; without
+    it the lags are found. `assume` is symmetric, calibrated, or None if neither is known: then symmetric is used, and every value that rests on it is weak. With
+    `allow_slides` the line through the slides may replace the model's breakaway and command; otherwise that line is not computed."""
     progress.at(f"looks for slides in {log.rows} rows")
     check(log)
     events, ways = find(log)
@@ -418,7 +419,7 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
         names, theta, left = _rest(fit, line, names, theta)
     delay = float(fit.params(names, theta)[0]["delay"])
     early = delay < -3 * log.sample_time_s - 0.003
-    if early and not rig and not by_slides and PAPER_LAG_S + delay > 0:  # lags that nobody gave are shorter
+    if early and not rig and not by_slides and PAPER_LAG_S + delay > 0:  # no lags were given: try shorter ones
         return identify(log, rig_of(PAPER_LAG_S + delay)[0], assume, allow_slides)
     _explained(fit, left, level, shown)
     if not found and not by_slides and (early or delay > 0.1):
@@ -427,31 +428,31 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
 
 
 def calibrated(law):
-    """Symmetric friction of a scaled command as L+ and L- of one that is right: at forces above 0 no log tells the two from each other."""
+    """Converts symmetric friction with a scaled command into L+ and L- with a correct command: at forces above 0 no log tells the two apart."""
     scale, bias = law["scale"], law["gravity"]
     return {"offset_positive": (law["offset"] - bias) / scale, "slope_positive": (1 + law["slope"]) / scale - 1,
             "offset_negative": (law["offset"] + bias) / scale, "slope_negative": 1 - (1 - law["slope"]) / scale}
 
 
 def _guess(log, rig, ways, assume):
-    """A line that is only a start, of a log whose lags are known."""
+    """Returns a line that serves only as a start, for a log whose lags are known."""
     (scale, gravity, offset, slope), _ = start(log, {**native.PAPER, **(rig or {})}, ways)
     law = {"offset": offset, "slope": slope, "scale": scale, "gravity": gravity}
     return slides.Line(calibrated(law) if assume == "calibrated" else law, 0.0, np.inf, 0, np.zeros((0, 4)), np.zeros(0, int))
 
 
 def _early(log):
-    """The least lag that u and F of one clock may seem to have."""
+    """Returns the smallest lag that u and F of one clock can appear to have."""
     return -3 * log.sample_time_s - 0.003
 
 
 def _is_late(log, lag):
-    """May F be so late at the turns?"""
+    """Returns whether F can be so late at the turns."""
     return EARLY_STEPS * rows.turn_step_s(log) <= lag <= LAG_MAX_S
 
 
 def _plausible(log, line, assume, level):
-    """Refuses what rows and slides show together: columns that are exchanged, a sign, stamps that are not of one clock, a unit."""
+    """Refuses faults that rows and slides show together: exchanged columns, a wrong sign, stamps of two clocks, a wrong unit."""
     scale, least = line.values.get("scale", 1.0), 0.2 if assume else 0.5
     late = line.is_sure() and not _early(log) <= line.lag_s <= LAG_MAX_S
     if level > 0 and least <= scale <= 1 / least and not late:
@@ -479,13 +480,13 @@ def _plausible(log, line, assume, level):
 
 
 def _is_turned(log, scale, share):
-    """Would F with the other sign follow u, and better? A turned F may seem to follow as well, before u."""
+    """Returns whether F with the other sign would follow u better. A reversed F may also appear to follow u, but earlier than u."""
     lag, other = rows.lag_at_turns(rows.turned(log))
     return (share < FOLLOWS and (scale < 0 or other >= FOLLOWS)) or (other >= max(FOLLOWS, share) and _is_late(log, lag))
 
 
 def _is_exchanged(log):
-    """Would u for F, and F for u, be a log of friction?"""
+    """Returns whether the log would show friction with u and F exchanged."""
     other = rows.exchanged(log)
     line = slides.line(other, "symmetric")
     if line is None or not 0.2 <= line.values["scale"] <= 5:
@@ -496,7 +497,7 @@ def _is_exchanged(log):
 
 
 def _stiction(log, line, level, load, shown):
-    """Refuses friction that is not there: an answer of its own, if u and F are of one clock."""
+    """Refuses a log without friction; that is a valid answer if u and F are of one clock."""
     if not line.is_sure():
         if not level > 0:
             raise Refusal("sign", "friction would push the way that F goes: a sign is wrong, or u and F are not of the same time")
@@ -513,25 +514,25 @@ def _stiction(log, line, level, load, shown):
 
 
 def _hidden(log, line, level, half):
-    """Refuses where noise, or the steps of u, leave room for friction that matters."""
+    """Refuses a log in which noise, or the steps of u, may hide friction that matters."""
     known, force = noise.of(log), max(np.abs(s.force).max() for s in log.segments)
     if known.beyond(line.error, noise.MEDIAN) < 0.5 * line.error and level + half > MATTERS * force:
         raise Refusal("noise", f"noise: {known.says(max(level, 0) + half, 0)[0]}: it hides up to {max(level, 0) + half:.3g} N")
 
 
 def _middle_row(names, load):
-    """What L at a load has of each, as the mean of both directions."""
+    """Returns the share of each parameter in L at a load, as the mean of both directions."""
     shares = {"offset": 1, "slope": load, "offset_positive": 0.5, "slope_positive": 0.5 * load, "offset_negative": 0.5, "slope_negative": 0.5 * load}
     return np.array([shares.get(n, 0.0) for n in names], float)
 
 
 def _middle(names, draws, load):
-    """The draws' changes of L at a load, the mean of both directions."""
+    """Returns the change of L at a load in each draw, as the mean of both directions."""
     return draws @ _middle_row(names, load)
 
 
 def _not_followed(log, line, delay, rms, shown, level):
-    """The refusal of a log that the model follows only with a delay that nothing has."""
+    """Returns the refusal of a log that the model follows only with a delay that no rig has."""
     lag, _ = rows.lag_at_turns(log)
     if said := noise.of(log).says(level, 2):
         return Refusal("noise", f"noise: {said[0]}")
@@ -545,20 +546,20 @@ def _not_followed(log, line, delay, rms, shown, level):
 
 
 def _by_slides(fit, line, residual):
-    """Does the line through the slides say it better than the model?"""
+    """Returns whether the line through the slides describes the log better than the model."""
     if not line.is_sure() or fit.rms(residual) < NOISE * fit.noise():
         return False
     return line.error < float(np.median(np.abs(residual[line.rows])))
 
 
 def _rest(fit, line, names, theta):
-    """The hysteresis with breakaway and command as the slides have them."""
+    """Fits the hysteresis with breakaway and command from the slides."""
     fit.base, _ = fit.params(list(line.values), list(line.values.values()))
     return list(fit.rest), *fit.solve(fit.rest, theta[-len(fit.rest) :], 4)
 
 
 def _short(fit, log, events, rig, assume):
-    """The problem of the first rows only, for the choice of a start."""
+    """Returns the problem with the first rows only, for the choice of a start."""
     if log.rows <= START_ROWS:
         return fit
     segments, rows = [], 0
@@ -574,7 +575,7 @@ def _short(fit, log, events, rig, assume):
 
 
 def _valleys(fit, names, theta):
-    """Starts for the whole log, best first: Gauss-Newton goes down into more than one valley."""
+    """Returns starts for the whole log, best first, because Gauss-Newton finds more than one minimum."""
     names, grid = [*names, "k_min"], []
     for k in K_STARTS:
         for times in L_STARTS:
@@ -586,12 +587,12 @@ def _valleys(fit, names, theta):
 
 
 def _tried(fit, names, theta, residual):
-    """Half-cycles that go astray count little in the choice."""
+    """Returns the mean absolute residual, in which diverging half-cycles count little, and theta."""
     return float(np.mean(np.abs(residual))), theta
 
 
 def _best(fit, names, theta, line):
-    """The best of the fits that begin in each valley; two are enough where the line through the slides says it far better."""
+    """Returns the best of the fits from each start. Two fits are enough if the line through the slides describes the log far better."""
     best = None
     starts = _valleys(fit, names, theta)
     names = [*names, *fit.rest]
@@ -618,7 +619,7 @@ def _descend(fit, names, theta):
 
 
 def _whole(fit, few, names, theta, residual, said):
-    """From the fit to the first rows that to all rows."""
+    """Continues from the fit to the first rows to the fit to all rows."""
     if fit is few:
         return theta, residual, said
     fit.step(FINE_S)
@@ -626,12 +627,12 @@ def _whole(fit, few, names, theta, residual, said):
     if np.median(np.abs(residual)) > 0.6745 * NOISE * fit.noise():
         return _descend(fit, names, _slow(fit, names, theta))
     fit.sharp = SHARP
-    said = _leave_out(fit, residual)  # else as good as it gets: once more, with all rows
+    said = _leave_out(fit, residual)  # the fit is as good as the noise allows: one more pass, with all rows
     return *fit.solve(names, theta, fit.iterations()), said
 
 
 def _slow(fit, names, theta):
-    """k_max and v0 of the start, by the slow ramps of the whole log: the best of a grid."""
+    """Improves k_max and v0 of the start from the slow ramps of the whole log: returns the best of a grid."""
     grid = []
     for a in (1.0, 0.5, 1.7):
         for b in (1.0, 0.6, 1.6):
@@ -643,7 +644,7 @@ def _slow(fit, names, theta):
 
 
 def _leave_out(fit, residual):
-    """Blocks that fit far worse than the others."""
+    """Leaves out blocks that fit far worse than the others. Returns what to report."""
     w = ~fit.full
     rms = np.sqrt(np.bincount(fit.block, w * residual**2, fit.count) / np.maximum(np.bincount(fit.block, w, fit.count), 1))
     bad = rms > 6 * np.median(rms) + 1e-9
@@ -654,7 +655,7 @@ def _leave_out(fit, residual):
 
 
 def _own(fit, names, residual, L_columns):
-    """By how much each event's own L differs from the fitted, from its block alone."""
+    """Returns the difference between each block's own L and the fitted L, and its weight."""
     column = fit.j[:, L_columns].sum(1)
     w = fit.use()
     up = np.bincount(fit.block, w * column * residual, fit.count)
@@ -663,7 +664,7 @@ def _own(fit, names, residual, L_columns):
 
 
 def _table(fit, names, theta, residual, events, level):
-    """Deviation from the line by load, its size and probability; loads for a table."""
+    """Returns the size and probability of the deviation from the line, and the loads for a table."""
     offset_at = [i for i, n in enumerate(names) if n.startswith("offset")]
     own, sure = _own(fit, names, residual, offset_at)
     seen = {}
@@ -696,7 +697,7 @@ def _table(fit, names, theta, residual, events, level):
 
 
 def _rate_effect(events, level):
-    """Relative change of breakaway for ten times the ramp's rate, from the events."""
+    """Returns the relative change of breakaway for ten times the ramp's rate, from the events."""
     rate = np.array([e.rate for e in events if e.weight > 0 and e.rate > 0])
     error = np.array([e.error for e in events if e.weight > 0 and e.rate > 0])
     if len(rate) < 6 or rate.max() < 2 * rate.min():
@@ -714,7 +715,7 @@ def _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, g
     changes = fit.bootstrap(names, residual)
     half = np.hypot((np.percentile(changes, 97.5, axis=0) - np.percentile(changes, 2.5, axis=0)) / 2, fit.model_half(names, residual))
     half, error = np.maximum(half, fit.hysteresis_half(names, theta, residual)), fit.model_error(names, residual) if line is None else None
-    if line is not None:  # what the slides say, in front of the rest
+    if line is not None:  # values from the slides come first
         names, theta, changes = [*line.values, *names], [*line.values.values(), *theta], np.c_[line.draws, changes]
         half = np.r_[(np.percentile(line.draws, 97.5, axis=0) - np.percentile(line.draws, 2.5, axis=0)) / 2, half]
     estimates = [_estimate(fit, name, value, h) for name, value, h in zip(names, theta, half)]
@@ -761,8 +762,8 @@ def _to_table(fit, names, theta, at):
 
 
 def _relative_half(fit, names, theta, changes, both, error=None):
-    """Half of the interval of L in the middle of the loads, over it, by the draws and by the model's `error`, a covariance."""
-    middle = abs(both[0][0] + both[-1][1]) / 2  # as far as L knows of it
+    """Returns half of the relative interval of L in the middle of the loads, from the draws and from the model's `error`, a covariance."""
+    middle = abs(both[0][0] + both[-1][1]) / 2  # L depends on |F|
     row = np.array([n == f"table_{int(np.argmin(np.abs(np.array(fit.table_at) - middle)))}" for n in names], float) if fit.table_at is not None else _middle_row(names, middle)
     L, spread = float(row @ theta), changes @ row
     half = np.hypot((np.percentile(spread, 97.5) - np.percentile(spread, 2.5)) / 2, 0.0 if error is None else np.sqrt(row @ error @ row))
@@ -770,7 +771,7 @@ def _relative_half(fit, names, theta, changes, both, error=None):
 
 
 def _hold_out(fit, residual):
-    """Every fourth block out, the fit to the others, and its rms there over theirs."""
+    """Fits without every fourth block. Returns the rms of the held-out blocks divided by that of the others."""
     a, g = fit.sums(residual)
     out = np.arange(fit.count) % 4 == 2
     if not out.any() or not (fit.weight[out] > 0).any():
@@ -783,7 +784,7 @@ def _hold_out(fit, residual):
 
 
 def breakaway(params, table, force):
-    """L+ and L- at forces."""
+    """Returns L+ and L- at forces."""
     load = np.abs(force)
     if table:
         at, plus, minus = np.array(table).T
@@ -792,8 +793,8 @@ def breakaway(params, table, force):
 
 
 def _slide_gap(fit, result, ways):
-    """Of slow slides, which count little in the fit beside what moves fast: friction seen less the model's in the same rows, so with the same lag, over L; and half of the
-    interval, by how much slides differ. The mean of both directions, which no bias of u moves."""
+    """Returns the measured friction in slow slides less the model's in the same rows (so with the same lag), divided by L; and half of the interval, from the scatter
+    between slides. Fast motion outweighs slow slides in the fit. The mean of both directions is taken because no bias of u moves it."""
     gaps = {1: [], -1: []}
     for s, way, model in zip(fit.log.segments, ways, result.model):
         for w, L in zip((1, -1), breakaway(result.params, result.table, s.force)):
@@ -808,7 +809,7 @@ def _explained(fit, residual, level, shown):
     known = noise.of(fit.log)
     if known.beyond(rms) > 0.25 * level:
         lag, share = rows.lag_at_turns(fit.log)
-        if share >= FOLLOWS and not _is_late(fit.log, lag):  # few slides may have hidden it before
+        if share >= FOLLOWS and not _is_late(fit.log, lag):  # too few slides may have hidden it before
             raise not_of_one_clock(fit.log, lag)
         if said := known.says(level, 2):
             raise Refusal("noise", f"noise: {said[0]}")
@@ -816,19 +817,19 @@ def _explained(fit, residual, level, shown):
 
 
 def by_direction(result, force):
-    """L+ and L- if u is right, of a fit that took them as alike."""
+    """Returns L+ and L- for a correct u, from a fit that assumed them equal."""
     scale, bias, L = result.params["scale"], result.params["gravity"], float(breakaway(result.params, result.table, force)[0])
     return (force + L - bias) / scale - force, force - (force - L - bias) / scale
 
 
 def _readings(result):
-    """What a scale other than 1 may be: u's, F's, or friction that differs by direction and grows with u, if L+ and L- are then above 0."""
+    """Explains a scale other than 1: that of u, that of F, or friction that differs by direction and grows with u, if L+ and L- are then above 0."""
     scale = next((e for e in result.estimates if e.name == "scale"), None)
     if scale is None:
         return []
     ways, ends = [], (result.loads[0][0], result.loads[-1][1])
     off = abs(scale.value - 1)
-    # Where L is a small part of F, a scale that is hardly off is friction that differs by much.
+    # If L is a small part of F, a scale that is only slightly off means that friction differs by much.
     apart = max(2 * max(off, scale.half) * abs(force) / float(breakaway(result.params, result.table, force)[0]) for force in ends)
     if off <= max(scale.half, GAP) and apart <= APART:
         return []
@@ -841,11 +842,11 @@ def _readings(result):
 
 
 def _doubts(result, level):
-    """What casts doubt on all of it. What the residual of the slides shows is the reason of whatever else would be said."""
+    """Yields the reasons to doubt all values. A pattern in the residual of the slides is reported in place of the others, because it causes them."""
     found = list(_misfits(result, level, result.noises, result.slide_gap[1]))
-    if not found and (seen := list(_misfits(result, level, noise.NONE, 0.0))):  # noise explains it, and may hide as much
+    if not found and (seen := list(_misfits(result, level, noise.NONE, 0.0))):  # noise explains the misfit, and may hide one as large
         found = result.noises.says(level, 0.0)[:1] or seen
-    if found and result.noises.u > noise.NAMED["u"] * level:  # the model takes it as commanded, and that loosens all that sticks
+    if found and result.noises.u > noise.NAMED["u"] * level:  # the model takes this noise as commanded motion, which frees everything that sticks
         found = [result.noises.sentence("u", level)]
     yield from result.shown if result.shown and (found or result.line_error is not None) else found
     if result.assume is None:
@@ -853,7 +854,7 @@ def _doubts(result, level):
 
 
 def _misfits(result, level, known, gap_half):
-    """What the log has and the model has not, beyond the noise and the steps of u that are known."""
+    """Yields the ways in which the log differs from the model, beyond the known noise and the known steps of u."""
     left = known.beyond(result.residual_rms)
     if result.line_error is None:
         gap = result.slide_gap[0]
@@ -863,7 +864,7 @@ def _misfits(result, level, known, gap_half):
             yield f"half-cycles that were held out fit {result.held_out:.2g} times worse"
         if abs(gap) > max(GAP, result.L_half, gap_half, known.rounding / level):
             yield f"friction in slow slides differs from the model's by {100 * gap:+.2g} %, beyond the interval of L: breakaway and sliding are not the model's"
-        if result.ripple > 0.3 * level and left > DOUBT / 3 * level:  # a model that follows F leaves no room for one
+        if result.ripple > 0.3 * level and left > DOUBT / 3 * level:  # if the model follows F there is no ripple
             yield f"a ripple of {result.ripple:.3g} N with position, {100 * result.ripple / level:.2g} % of breakaway: average over whole turns"
     elif (left := known.beyond(result.line_error, noise.MEDIAN)) > DOUBT / 3 * level:
         yield f"slides differ from a line by {left:.3g} N, {100 * left / level:.2g} % of breakaway: their friction is not offset + slope |F|"

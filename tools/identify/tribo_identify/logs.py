@@ -1,4 +1,4 @@
-"""Logs, read by `tribo-sim log`: the same reader as replay's, with the same options."""
+"""Reads logs with `tribo-sim log`, which uses the reader and the options of replay."""
 
 import os
 import tempfile
@@ -30,7 +30,7 @@ class Log:
     segments: list
     sample_time_s: float
     remarks: list = field(default_factory=list)
-    time_unit: str | None = None  # that was given for its stamps
+    time_unit: str | None = None  # of its stamps, as the user gave it
 
     @property
     def rows(self):
@@ -41,7 +41,7 @@ def arguments_of(options):
     words = []
     for name in OPTIONS:
         for value in getattr(options, name):
-            words += [f"--{name}", os.fsencode(value).decode("utf-8", "surrogateescape")]  # as it was typed, whatever the locale
+            words += [f"--{name}", os.fsencode(value).decode("utf-8", "surrogateescape")]  # as typed, in every locale
     if options.resample is not None:
         words.append("--resample" + (f"={options.resample}" if options.resample else ""))
     if options.gap:
@@ -50,7 +50,7 @@ def arguments_of(options):
 
 
 def read(paths, words=()):
-    """Each file, each segment of it; segments of one experiment."""
+    """Reads each segment of each file; all belong to one experiment."""
     segments, remarks = [], []
     for path in paths:
         with tempfile.TemporaryDirectory() as folder:

@@ -1,5 +1,5 @@
-// What tribo-identify calls of the C code: the library's compensator behind an actuator and in front of a sensor, and the slides
-// of a log as replay finds them.
+// The C functions that tribo-identify calls. They simulate the library's compensator behind an actuator and in front of a
+// sensor, and find the slides of a log as replay does.
 
 #include "native.h"
 
@@ -33,7 +33,7 @@ static common_arm_config_t arm_of(const identify_params_t *p)
     return (common_arm_config_t){.inertia = p->inertia, .damping = p->damping, .stiffness = p->stiffness};
 }
 
-/// One set of parameters, and where it is.
+/// One set of parameters and its state.
 typedef struct
 {
     tribo_breakaway_point_f32_t    table[TRIBO_BREAKAWAY_POINTS_MAX];
@@ -73,8 +73,9 @@ static tribo_status_t start(model_t                 *model,
     return status;
 }
 
-/// y of a segment from its u, each held for one interval that is cut into `substeps`; for `sets` of parameters side by side, as one step waits
-/// for the last. F begins at `start_n`. `table` has three numbers a point. Returns the status of the library, 0 for success.
+/// Computes y of a segment from its u. Each u is held for one interval, which is divided into `substeps`. Simulates `sets`
+/// parameter sets side by side, because each step waits for the last. F begins at `start_n`. `table` has three numbers
+/// per point. Returns the status of the library, 0 for success.
 int identify_simulate(const identify_params_t *p,
                       const double            *table,
                       int                      points,
@@ -113,7 +114,7 @@ int identify_simulate(const identify_params_t *p,
             {
                 tribo_compensator_f32_signals_t signals;
                 model_t *const                  model = &models[m];
-                // As the plant: the arm sees the actuator's force at the end of the step.
+                // As in the plant, the arm sees the actuator's force at the end of the step.
                 model->u_a += model->actuator * (model->scale * u[k] - model->u_a);
                 (void)tribo_compensator_f32_step(&model->params, &model->state, (float)model->u_a, &signals);
                 model->y += model->sensor * ((double)model->state.arm.force_n - model->y);
@@ -123,7 +124,7 @@ int identify_simulate(const identify_params_t *p,
     return 0;
 }
 
-/// A model's own parameters, by its keys: `given` in their order, or the default where that is NaN.
+/// Returns a model's own parameters in the order of its keys: the values of `given`, or the default for each NaN.
 static void own_of(const common_key_t *key, const double *given, void *own)
 {
     for (; key != NULL && key->name != NULL; key++, given++)
@@ -137,9 +138,9 @@ static void own_of(const common_key_t *key, const double *given, void *own)
     }
 }
 
-/// y of tribo-sim's plant from u, each held for one interval that is cut into `substeps`. It begins at rest, at F = 0.
-/// `truth` is the model of the arm's friction, `given` SIM_TRUTH_DOUBLES_MAX of its own parameters as own_of has them,
-/// without whole numbers. 0, or -1 for an unknown model or without memory.
+/// Computes y of tribo-sim's plant from u. Each u is held for one interval, which is divided into `substeps`. The plant
+/// begins at rest, at F = 0. `truth` is the model of the arm's friction; `given` has SIM_TRUTH_DOUBLES_MAX of its own
+/// parameters in the order of own_of, without whole numbers. Returns 0, or -1 for an unknown model or without memory.
 int identify_play(const char              *truth,
                   const identify_params_t *p,
                   const double            *given,
@@ -187,7 +188,7 @@ const char *identify_status_text(int status)
     return tribo_status_text((tribo_status_t)status);
 }
 
-/// The ways of slow slides in a segment, as replay's verdict finds them. 0, or -1 without memory.
+/// Finds the directions of slow slides in a segment as replay's verdict does. Returns 0, or -1 without memory.
 int identify_slides(const double *u, double *force, size_t rows, double interval_s, signed char *ways)
 {
     common_error_t error    = {""};

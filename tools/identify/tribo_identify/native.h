@@ -1,4 +1,4 @@
-/// native.c, for the Python package: the whole of it in double.
+/// The interface of native.c for the Python package. All of native.c computes in double.
 
 #ifndef IDENTIFY_NATIVE_H
 #define IDENTIFY_NATIVE_H
@@ -9,13 +9,13 @@ typedef struct
 {
     double k_min, k_max, m, v0, offset_positive, slope_positive, offset_negative, slope_negative;
     double set_level, reset_level, pulse_width, gravity, inertia, damping, stiffness;
-    double scale;            ///< of the command
-    double actuator, sensor; ///< pole, rad/s
+    double scale;            ///< scale of the command
+    double actuator, sensor; ///< poles, rad/s
 } identify_params_t;
 
 enum
 {
-    IDENTIFY_SETS_MAX = 4 ///< in one simulation
+    IDENTIFY_SETS_MAX = 4 ///< parameter sets in one simulation
 };
 
 int identify_simulate(const identify_params_t *p,

@@ -1,4 +1,4 @@
-"""The C code that tribo-identify uses: the library in double (native.c), and tribo-sim."""
+"""Calls the C code that tribo-identify uses: the library in double (native.c), and tribo-sim."""
 
 import os
 import shutil
@@ -14,8 +14,8 @@ from tribo_design.errors import DesignError, InputError
 NAMES = [name for name, _ in ffi.typeof("identify_params_t").fields]
 PAPER = dict(k_min=6.0, k_max=20.0, m=3.0, v0=0.007, offset_positive=0.007, slope_positive=0.3, offset_negative=0.007, slope_negative=0.3, set_level=0.75,
              reset_level=0.8, pulse_width=0.003, gravity=0.0, scale=1.0, inertia=1.2e-4, damping=0.0288, stiffness=3.84, actuator=200.0, sensor=55.0, delay=0.0)
-SETS_MAX = lib.IDENTIFY_SETS_MAX  # of parameters in one simulation
-OWN_MAX = 16  # of a truth model's own parameters
+SETS_MAX = lib.IDENTIFY_SETS_MAX  # parameter sets in one simulation
+OWN_MAX = 16  # own parameters of a truth model
 
 
 def _doubles(array):
@@ -27,12 +27,12 @@ def _structs(params):
 
 
 def simulate(params, u, interval_s, start_n, substeps=10, table=()):
-    """y of a segment: the library's compensator as the arm, behind the actuator and in front of the sensor."""
+    """Returns y of a segment. The library's compensator is the arm, behind the actuator and in front of the sensor."""
     return simulate_sets([params], u, interval_s, start_n, substeps, [table])[0]
 
 
 def simulate_sets(params, u, interval_s, start_n, substeps, tables):
-    """The same for each of several params, and their tables of one length."""
+    """Does what simulate does for several parameter sets; their tables have one length."""
     points = np.array(tables, float).reshape(len(params), -1)
     y = np.empty((len(params), len(u)))
     status = lib.identify_simulate(_structs(params), _doubles(points if points.size else np.zeros(3)), points.shape[1] // 3, len(params), _doubles(u), len(u), interval_s, substeps, start_n,
@@ -48,7 +48,7 @@ def late(y, delay_s, interval_s):
 
 
 def play(truth, own, params, u, interval_s, substeps):
-    """y of tribo-sim's plant with a truth model and its own parameters, in their order, as far as they are not the default. At rest at F = 0 in the beginning."""
+    """Returns y of tribo-sim's plant with a truth model. `own` has the model's own parameters in their order; missing ones have their default. The plant starts at rest at F = 0."""
     y, given = np.empty(len(u)), [*own.values(), *[np.nan] * (OWN_MAX - len(own))]
     if lib.identify_play(truth.encode(), _structs([params]), _doubles(given), _doubles(u), len(u), interval_s, substeps, _doubles(y)) != 0:
         raise DesignError(f"no plant with a truth model {truth}, or out of memory")
@@ -56,7 +56,7 @@ def play(truth, own, params, u, interval_s, substeps):
 
 
 def slides(u, force, interval_s):
-    """+1, -1 or 0 for each row: the way of a slow slide."""
+    """Returns +1 or -1, the direction of a slow slide, or 0 for each row."""
     ways = np.zeros(len(u), np.int8)
     if lib.identify_slides(_doubles(u), _doubles(force), len(u), interval_s, ffi.from_buffer("signed char *", ways)) != 0:
         raise DesignError("out of memory")
@@ -64,7 +64,7 @@ def slides(u, force, interval_s):
 
 
 def tribo_sim():
-    """The program: TRIBO_SIM, or that of this environment, or in PATH."""
+    """Returns the path of tribo-sim: TRIBO_SIM, or the program in this environment, or the one in PATH."""
     beside = Path(sys.executable).with_name("tribo-sim")
     found = os.environ.get("TRIBO_SIM") or (str(beside) if beside.exists() else shutil.which("tribo-sim"))
     if found is None:
@@ -73,7 +73,8 @@ def tribo_sim():
 
 
 def run_tribo_sim(*arguments, cwd=None):
-    """Its standard output, and what it says beside; its own words if it fails. Words go as bytes of UTF-8, whatever the locale; paths as the system has them."""
+    """Runs tribo-sim. Returns its standard output and standard error, or raises InputError with its message. Words are passed as UTF-8 in every locale; paths are passed as
+    the system encodes them."""
     words = [os.fsencode(a) if isinstance(a, Path) else str(a).encode("utf-8", "surrogateescape") for a in arguments]
     done = subprocess.run([tribo_sim(), *words], capture_output=True, check=False, cwd=cwd)
     out, said = (text.decode("utf-8", "replace") for text in (done.stdout, done.stderr))

@@ -1,4 +1,4 @@
-"""Noise of F and of u, and the steps in which u is logged: what no friction explains, and what may look like any."""
+"""Noise of F and of u, and the steps in which u is logged. Friction explains none of them, and each may look like friction."""
 
 from dataclasses import dataclass
 
@@ -6,18 +6,18 @@ import numpy as np
 
 from .bins import BIN_S, bin_size, binned, noise_of, readings_of
 
-OWN = 1.1  # times the noise that is known, that a fit leaves by chance
-MEDIAN = 0.6745  # of a deviation, over its standard deviation
-NAMED = {"force": 0.03, "rounding": 0.03, "u": 0.1}  # of breakaway: less is not worth a word. The model takes what u has from row to row as commanded
-HIDES = 0.2  # of breakaway: what F and u do is lost in so much
-RANGE = 2e-3  # of the range of F: less is no noise that hides anything
+OWN = 1.1  # times the known noise is what a fit may leave by chance
+MEDIAN = 0.6745  # median of the absolute deviation, in standard deviations
+NAMED = {"force": 0.03, "rounding": 0.03, "u": 0.1}  # of breakaway: smaller values are not reported. The model takes changes of u from row to row as commanded
+HIDES = 0.2  # of breakaway: this much noise hides friction
+RANGE = 2e-3  # of the range of F: smaller noise hides nothing
 QUIETER = "Find what disturbs the sensor, or let its converter average"
 
 
 @dataclass
 class Noise:
     force: float  # of averages of F, N rms
-    rounding: float  # by which u is off as it is logged in steps, N rms
+    rounding: float  # error of u because it is logged in steps, N rms
     u: float  # of u from row to row, N rms
 
     @property
@@ -25,11 +25,11 @@ class Noise:
         return np.sqrt(12) * self.rounding
 
     def beyond(self, rms, part=1.0):
-        """What is left of rms without noise and rounding; `part`: what it has of a standard deviation."""
+        """Returns the part of `rms` beyond noise and rounding. `part` is the size of `rms` in standard deviations."""
         return max(rms**2 - (OWN * part * np.hypot(self.force, self.rounding)) ** 2, 0.0) ** 0.5
 
     def sentence(self, name, level):
-        """What `name` is beside breakaway, and what to do about it."""
+        """Returns a sentence that compares `name` with breakaway and says what to do about it."""
         if name == "force":
             return f"F has noise of {self.force:.3g} N rms in averages over {1e3 * BIN_S:g} ms, {100 * self.force / level:.2g} % of breakaway. {QUIETER}"
         if name == "rounding":
@@ -37,12 +37,12 @@ class Noise:
         return f"u has noise of {self.u:.3g} N rms from row to row, {100 * self.u / level:.2g} % of breakaway. Log the command that the drive gets, no measured current"
 
     def says(self, level, times=1.0):
-        """A sentence for each that is large beside breakaway, the largest first."""
+        """Returns a sentence for each value that is large compared with breakaway, the largest first."""
         found = {name: getattr(self, name) / (NAMED[name] * level) for name in NAMED}
         return [self.sentence(name, level) for name in sorted(found, key=found.get, reverse=True) if found[name] > times]
 
     def hides(self, level, span):
-        """A sentence, if friction is lost in it; or None."""
+        """Returns a sentence if noise hides the friction, otherwise None."""
         largest = max(self.force, self.rounding)
         return (self.says(max(level, 1e-9 * span)) or [None])[0] if largest > max(HIDES * level, RANGE * span) else None
 
@@ -51,7 +51,7 @@ NONE = Noise(0.0, 0.0, 0.0)
 
 
 def rounding_of(u):
-    """By how much u is off as it is logged in steps, N rms: 0 where its values lie on no grid, as those that a logger has held."""
+    """Returns the error of u because it is logged in steps, N rms; 0 if its values lie on no grid, like those that a logger holds."""
     apart = np.diff(np.unique(u))
     if len(apart) < 2:
         return 0.0

@@ -1,11 +1,11 @@
-"""The experiment that makes the friction parameters identifiable: a reference for the force loop, as CSV and as a scenario.
+"""Writes the experiment that makes the friction parameters identifiable: a reference for the force loop, as CSV and as a scenario.
 
-It is played with the controller K(z) = 1/(1 + s/10) and without compensation, which makes u follow r - F slowly, whatever the friction:
-an experiment in u, with the force sensor's noise filtered out of it. At each level F goes up and down by a little, at three rates, in every
-repeat; the levels are visited upwards and downwards in turn. With hysteresis, ramps inside stiction at three slow rates follow, each after
-a fall to the other end of it.
+The experiment runs with the controller K(z) = 1/(1 + s/10) and without compensation, so that u follows r - F slowly, whatever the friction.
+It is an experiment in u, from which the force sensor's noise is filtered out. At each level F goes up and down by a little, at three rates, in
+every repeat; the levels are visited upwards and downwards in turn. With --hysteresis, ramps inside stiction at three slow rates follow, each
+after a fall to the other end of stiction.
 
---low and --high bound u, and with it F: friction only ever takes from u what F lags behind it. The levels lie where F goes for such a u.
+--low and --high bound u, and so they bound F: friction only makes F lag behind u. The levels lie in the range that F reaches with such a u.
 """
 
 from dataclasses import dataclass, replace
@@ -16,9 +16,9 @@ from tribo_design.errors import InputError
 
 POLE = 10.0  # rad/s, of the controller
 STEP_S = 0.01  # between rows of the reference
-RATES = (1.0, 3.0, 10.0)  # by which a cycle is slower
-SLOW = (40.0, 120.0, 400.0)  # and the ramps inside stiction
-MARGIN = 0.08  # of the range, at both ends of u: friction may be less than guessed
+RATES = (1.0, 3.0, 10.0)  # divisors of --rate for the cycles
+SLOW = (40.0, 120.0, 400.0)  # divisors of --rate for the ramps inside stiction
+MARGIN = 0.08  # of the range, at both ends of u, because friction may be less than guessed
 
 
 @dataclass
@@ -75,7 +75,7 @@ class Plan:
         return self
 
     def _stands_out(self):
-        """Is it told from noise that F goes from level to level?"""
+        """Returns whether the steps of F from level to level stand out of the noise."""
         bottom, top = self.range()
         step = (top - bottom - 2 * self.swing()) / (self.levels - 1)
         return self.noise == 0 or self.swing() <= max(0.9 * step, 0.25 * step + 8 * self.noise)
@@ -84,22 +84,22 @@ class Plan:
         return self.offset + self.slope * abs(force)
 
     def slid(self, u, way):
-        """F where it stands once u has moved it that way: F + way (offset + slope |F|) = u."""
+        """Returns F after u has moved it in the direction `way`: F + way (offset + slope |F|) = u."""
         net = u - way * self.offset
         return net / (1 + way * self.slope * np.sign(net))
 
     def range(self):
-        """F at the ends of u."""
+        """Returns F at both ends of u."""
         margin = MARGIN * (self.high - self.low)
         return self.slid(self.low + margin, -1), self.slid(self.high - margin, 1)
 
     def swing(self):
-        """By which F goes beyond a level."""
+        """Returns how far F goes beyond a level."""
         bottom, top = self.range()
         return max(0.25 * (top - bottom) / (self.levels - 0.5), 10 * self.noise, 0.1 * self.breakaway(max(abs(bottom), abs(top))))
 
     def corners(self):
-        """(time, u, F as it is expected) of the corners of the experiment."""
+        """Returns (time, u, expected F) at the corners of the experiment."""
         corners = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)]
 
         def go(to, rate):
@@ -132,13 +132,13 @@ class Plan:
         return np.array(corners)
 
     def commands(self):
-        """Rows t, u, for a drive that plays u itself."""
+        """Returns rows t, u for a drive that plays u itself."""
         corners = self.corners()
         time = np.arange(0, corners[-1, 0] + STEP_S, STEP_S)
         return np.c_[time, np.interp(time, corners[:, 0], corners[:, 1])]
 
     def reference(self):
-        """Rows t, r. r leads by what the controller and the expected force take."""
+        """Returns rows t, r. r leads u by the controller's lag and adds the expected force."""
         corners = self.corners()
         time = np.arange(0, corners[-1, 0], STEP_S)
         u, force = np.interp(time, corners[:, 0], corners[:, 1]), np.interp(time, corners[:, 0], corners[:, 2])

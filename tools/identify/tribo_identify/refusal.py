@@ -1,4 +1,4 @@
-"""Why a log cannot tell the parameters."""
+"""The reasons why a log cannot tell the parameters."""
 
 from tribo_design.errors import DesignError
 

@@ -1,4 +1,4 @@
-"""The report: one HTML file, every event on the picture it came from."""
+"""The report: one HTML file that marks every event in the plot it came from."""
 
 import base64
 import html as markup
@@ -14,7 +14,7 @@ from tribo_design.drawing import look
 
 STRIP_S = 40.0
 STRIPS_MAX = 24
-POINTS = 4000  # a line
+POINTS = 4000  # at most, per line
 
 
 def picture(figure):
@@ -88,7 +88,7 @@ def _strip(s, model, events, begin, end):
     axes[0, 0].set(ylabel="F [N]")
     axes[1, 0].set(ylabel="u - F [N]", xlabel="time [s]")
     for axis in axes[:, 0]:
-        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1, frameon=False, fontsize=8)  # no event is there
+        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1, frameon=False, fontsize=8)  # where no event is marked
     return picture(figure)
 
 

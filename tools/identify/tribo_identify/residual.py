@@ -1,13 +1,13 @@
-"""What the residual of the slides shows: a friction or a zero that changes with time, or a pattern over force, which is one over position."""
+"""Finds patterns in the residual of the slides: friction or a zero that changes with time, or a pattern over force, which stands for one over position."""
 
 import numpy as np
 
 from . import slides
 from .bins import BIN_S
 
-TIME_PART = 0.6  # of the variance over slides, that a change with time has to explain
+TIME_PART = 0.6  # of the variance over slides that a change with time must explain
 TIME_LEAST = 0.03  # of breakaway
-FORCE_PART = 0.3  # of the variance over rows, that a sine over force has to explain; 0.15 at most in 47 sound logs, 0.46 at least in 47 with cogging of a quarter of breakaway
+FORCE_PART = 0.3  # of the variance over rows that a sine over force must explain: at most 0.15 in 47 sound logs, at least 0.46 in 47 with cogging of a quarter of breakaway
 FORCE_LEAST = 0.05  # of breakaway
 PERIODS_MAX = 20.0  # over the range of F
 ROWS_LEAST = 60
@@ -15,14 +15,14 @@ ENOUGH = 12  # slides
 
 
 def _over(time, values):
-    """The values of a parabola through them at the first and the last, and its share of their variance."""
+    """Fits a parabola. Returns its first and last value, its range, and its share of the variance."""
     t = (time - time[0]) / max(time[-1] - time[0], 1e-300)
     fit = np.polyval(np.polyfit(t, values, 2), t)
     return float(fit[0]), float(fit[-1]), float(np.ptp(fit)), 1 - float(np.var(values - fit) / max(np.var(values), 1e-300))
 
 
 def over_time(rows, left, level):
-    """A sentence on friction or zero that changes with time, or None. Friction acts against the way of F, the zero does not know it."""
+    """Returns a sentence if friction or the zero changes with time, otherwise None. Friction acts against the motion of F; the zero does not depend on its direction."""
     number, way = rows[:, 5].astype(int), rows[:, 4]
     all_slides = np.unique(number)
     if len(all_slides) < ENOUGH:
@@ -45,7 +45,7 @@ def over_time(rows, left, level):
 
 
 def _alike_taken_off(rows, left):
-    """What is left beside a slope within the slides, the same in all: friction that still builds up looks like it, and no pattern does."""
+    """Removes the slope that all slides have in common: friction that still builds up looks like such a slope, and a pattern does not."""
     number = rows[:, 5].astype(int)
     within = rows[:, 2] - (np.bincount(number, rows[:, 2]) / np.maximum(np.bincount(number), 1))[number]
     left = left - np.mean(left)
@@ -53,12 +53,12 @@ def _alike_taken_off(rows, left):
 
 
 def over_force(rows, left, level):
-    """A sentence on a pattern over force, the same in both directions, or None: the sine over force that explains the most."""
+    """Returns a sentence if there is a pattern over force, the same in both directions, otherwise None. Tries sines over force and takes the one that explains most."""
     span = float(np.ptp(rows[:, 2]))
     left = _alike_taken_off(rows, left)
     best = (0.0, 0.0, 0.0)
     for periods in np.arange(1.5, PERIODS_MAX, 0.1):
-        slow = np.abs(rows[:, 3]) * BIN_S < span / periods / 4  # an average has one place in the pattern
+        slow = np.abs(rows[:, 3]) * BIN_S < span / periods / 4  # slow enough for an average to lie at one place of the pattern
         if slow.sum() < ROWS_LEAST:
             break
         phase = 2 * np.pi * periods * rows[slow, 2] / span
@@ -73,7 +73,7 @@ def over_force(rows, left, level):
 
 
 def shows(log, assume, level):
-    """What the residual shows: first what changes with time, as that makes a pattern over force as well."""
+    """Returns sentences on the residual. A change with time comes first, because it makes a pattern over force as well."""
     rows, left = slides.residual(log, assume)
     if len(rows) < 20 or not level > 0:
         return []

@@ -1,5 +1,5 @@
-"""What a look at the rows shows, before any sum: readings that are none, stretches that repeat, jumps, a column without its sign, values that are held, columns that
-are exchanged, and by how much F is behind u at the turns."""
+"""Finds faults that the rows show before any fit: invalid readings, stretches that repeat, jumps, a column without its sign, held values, exchanged columns; and the
+lag of F behind u at the turns."""
 
 from dataclasses import replace
 
@@ -9,16 +9,16 @@ import scipy.ndimage
 from .bins import BIN_S, binned, noise_of, step_of
 from .refusal import Refusal
 
-SPIKE_ROWS = 2  # that a reading which is none lasts at most
-SPIKE = 0.05  # of the range of the rest
-SPIKES = 0.01  # of the rows may be such
-NOISES = 20.0
-STUCK_S, STUCK_ROWS = 0.05, 20  # of the same value, in a signal that else changes
-STUCK_JUMP = 0.01  # of the range, at the end of it
+SPIKE_ROWS = 2  # longest run of invalid readings
+SPIKE = 0.05  # of the range of the other rows: least size of a spike
+SPIKES = 0.01  # of the rows may be spikes
+NOISES = 20.0  # times the median deviation: least size of a spike
+STUCK_S, STUCK_ROWS = 0.05, 20  # of the same value, in a signal that otherwise changes
+STUCK_JUMP = 0.01  # of the range: least jump at the end of the stretch
 JUMP = {"force": 0.25, "u": 0.6}  # of the range, from a row to the next; in stiction F follows no step of u
 TURN_S = 5e-3  # between the lags that are tried at the turns
 TURNS_MAX_S = 0.7
-TURNS_LOST = 0.01  # of the way of F, that may go the wrong way
+TURNS_LOST = 0.01  # of the travel of F may go in the wrong direction
 
 
 def _place(segment, k):
@@ -26,7 +26,7 @@ def _place(segment, k):
 
 
 def spikes(x):
-    """Rows that are off for a row or two, by far more than the noise and a part of the range."""
+    """Marks readings that are off for a row or two, by far more than the noise and by a part of the range."""
     smooth = scipy.ndimage.median_filter(x, 2 * SPIKE_ROWS + 1)
     off = np.abs(x - smooth)
     low, high = np.percentile(smooth, [0.1, 99.9])
@@ -34,7 +34,7 @@ def spikes(x):
 
 
 def _without_spikes(segment, name):
-    """The signal, and what to say."""
+    """Returns the signal without spikes, and what to report."""
     x = getattr(segment, name)
     at = np.flatnonzero(spikes(x))
     if not len(at) or len(at) > SPIKES * len(x):
@@ -48,24 +48,24 @@ def _without_spikes(segment, name):
 
 
 def runs_of(x):
-    """(first, length) of the runs of one value."""
+    """Returns (first, length) of the runs of one value."""
     cuts = np.r_[0, np.flatnonzero(np.diff(x)) + 1, len(x)]
     return cuts[:-1], np.diff(cuts)
 
 
 def stuck(segment):
-    """(first, end) of the stretches in which F repeats itself, though it else changes from row to row, until it jumps to where it is by then."""
+    """Returns (first, end) of the stretches in which F repeats one value, although it otherwise changes from row to row, and then jumps to its current value."""
     x = segment.force
     first, length = runs_of(x)
     most = np.sort(length)[: max(int(0.999 * len(length)), 1)].max()
     least = max(STUCK_ROWS, STUCK_S / segment.h, 8 * most)
     jump = max(10 * float(np.median(np.abs(np.diff(x)))), STUCK_JUMP * np.ptp(x))
     found = [(int(a), int(a + n)) for a, n in zip(first, length) if n >= least and 0 < a and a + n < len(x)]
-    return [(a, b) for a, b in found if np.ptp(segment.u[a:b]) > 0 and abs(x[b] - x[a]) > jump and x[a] not in (x.min(), x.max())]  # of a limit, events.saturated speaks
+    return [(a, b) for a, b in found if np.ptp(segment.u[a:b]) > 0 and abs(x[b] - x[a]) > jump and x[a] not in (x.min(), x.max())]  # events.saturated reports limits
 
 
 def _without_stretches(segment):
-    """Pieces between the stretches that repeat, and what to say."""
+    """Returns the pieces between the stretches that repeat, and what to report."""
     found = stuck(segment)
     if not found or sum(b - a for a, b in found) > 0.2 * len(segment.t):
         return [segment], []
@@ -78,7 +78,7 @@ def _without_stretches(segment):
 
 
 def mended(segments):
-    """Segments without readings that are none and without stretches that repeat, and what was done."""
+    """Returns the segments without invalid readings and without stretches that repeat, and what was done."""
     out, remarks = [], []
     for s in segments:
         for name in ("u", "force"):
@@ -93,14 +93,14 @@ def mended(segments):
 
 
 def _jumps(segment, name, other):
-    """Rows at which a signal jumps and stays, and the other does not go there. One that is held jumps all the time."""
+    """Returns the rows at which a signal jumps and stays while the other does not follow. Returns none for a held signal, which jumps all the time."""
     if held_rows(getattr(segment, name)):
         return np.zeros(0, int), np.zeros(0)
     x, y = (scipy.ndimage.median_filter(getattr(segment, which), 2 * SPIKE_ROWS + 1) for which in (name, other))
     d = np.diff(x)
     at = np.flatnonzero(np.abs(d) > max(JUMP[name] * np.ptp(x), 10 * float(np.percentile(np.abs(d), 99))))
     after = max(int(round(0.1 / segment.h)), 3)
-    if len(at):  # all of them, also those that do not last
+    if len(at):  # all jumps, including those that do not last
         d = np.diff(getattr(segment, name))
         at = np.flatnonzero(np.abs(d) > 0.8 * np.median(np.abs(np.diff(x)[at])))
     alone = [k for k in at if abs(np.ptp(y[max(k - after, 0) : k + after])) / max(np.ptp(y), 1e-300) < 0.5 * abs(d[k]) / np.ptp(x)]
@@ -125,7 +125,7 @@ def check_jumps(log):
 
 
 def check_sign(log):
-    """A column that has no sign beside one with both."""
+    """Refuses a column that has lost its sign, next to one with both signs."""
     u, force = (np.concatenate([getattr(s, name) for s in log.segments]) for name in ("u", "force"))
     for x, y, one, other in ((force, u, "F", "u"), (u, force, "u", "F")):
         way = 1.0 if abs(x.max()) >= abs(x.min()) else -1.0
@@ -142,7 +142,7 @@ def check_sign(log):
 
 
 def held_rows(x):
-    """Rows between the changes of x, where these come regularly, 3 rows apart or more; 0 where they do not, or where all are of one size, as a resolution's."""
+    """Returns the rows between changes of x, if these are regular and at least 3 rows apart. Returns 0 if they are not, or if all have one size, like steps of a resolution."""
     changes = np.diff(x)
     apart = np.diff(np.flatnonzero(changes))
     steps = np.abs(changes[changes != 0])
@@ -153,7 +153,7 @@ def held_rows(x):
 
 
 def held_force(log):
-    """How long F stands between its conversions, s."""
+    """Returns how long F stands between conversions, in s."""
     rows = float(np.median([held_rows(s.force) for s in log.segments]))
     return rows * log.sample_time_s
 
@@ -166,30 +166,30 @@ def check_held(log):
 
 
 def turn_step_s(log):
-    """By how much the lags differ that are tried at the turns."""
+    """Returns the step between the lags that are tried at the turns, in s."""
     return max(int(round(TURN_S / log.sample_time_s)), 1) * log.sample_time_s
 
 
 def _moves(segment, size):
-    """Changes of F from average to average beyond its noise, and the rate of u, averaged alike."""
+    """Returns the changes of F from average to average beyond its noise, and those of u."""
     force, u = binned(segment.force, size), binned(segment.u, size)
     d = np.diff(force)
     return np.where(np.abs(d) > 4 * noise_of(force), d, 0.0), np.diff(u)
 
 
 def exchanged(log):
-    """The log with u for F and F for u."""
+    """Returns the log with u and F exchanged."""
     return replace(log, segments=[replace(s, u=s.force, force=s.u) for s in log.segments])
 
 
 def turned(log):
-    """The log with the other sign of F."""
+    """Returns the log with the other sign of F."""
     return replace(log, segments=[replace(s, force=-s.force) for s in log.segments])
 
 
 def lag_at_turns(log):
-    """By how much F is behind u, s, whatever the friction: F goes on the way of u until u turns, and stands then. So the least lag at which F goes u's way; with the share of
-    the way of F that goes u's way there, which is 1 if u drives F."""
+    """Returns the lag of F behind u in s, whatever the friction, and the share of the travel of F that then has the direction of u; the share is 1 if u drives F. F moves in
+    the direction of u until u turns, then it stands. So the lag is the smallest one at which F moves in the direction of u."""
     step = turn_step_s(log)
     size = int(round(step / log.sample_time_s))
     most = int(TURNS_MAX_S / step)
@@ -199,8 +199,8 @@ def lag_at_turns(log):
         if len(s.u) < 4 * size * most:
             continue
         moves, du = _moves(s, size)
-        way = np.sign(scipy.ndimage.uniform_filter1d(du, 5))  # over some averages, as u may have noise of its own
-        way = way[np.maximum.accumulate(np.where(way != 0, np.arange(len(way)), 0))]  # u that is held goes on
+        way = np.sign(scipy.ndimage.uniform_filter1d(du, 5))  # over several averages, because u may be noisy, too
+        way = way[np.maximum.accumulate(np.where(way != 0, np.arange(len(way)), 0))]  # a held u keeps its direction
         total += float(np.sum(np.abs(moves[most:-most])))
         for i, lag in enumerate(lags):
             agrees[i] += float(np.sum(moves[most:-most] * way[most - lag : len(way) - most - lag]))

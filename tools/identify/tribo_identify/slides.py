@@ -1,14 +1,14 @@
-"""Breakaway and command from the slides alone, whatever the friction is like inside stiction.
+"""Finds breakaway and command from the slides alone, whatever the friction is inside stiction.
 
-Once the arm has gone on one way for long, friction is L, and with the lags before and behind friction as T1 and T2,
+Once the arm has slid in one direction for long, friction is L. With the lags T1 before friction and T2 behind it,
 
     F + T2 dF/dt = scale u - T1 du/dt + gravity - way (offset + slope |F|).
 
-A slide is a run of F from one turn to the next; what counts is its later part. Linear least squares, each slide with the same weight; intervals by bootstrap
-over slides, and by what the answer changes with the part of the slides that is taken: an error of this law.
+A slide is a run of F from one turn to the next; only its later part counts. The law is fitted by linear least squares, each slide with the same weight. The
+intervals come from a bootstrap over slides and from the change of the answer with the part of the slides that is used, which is an error of this law.
 
-Bristles follow a breakaway that grows with F late, by the way over which they build up. Friction is then less than L while F rises and more while it falls, in
-all slides alike, which looks like a scale of u. How far they follow late shows after the turns; whether they do at all does not.
+If breakaway grows with F, bristles follow it late, by the travel over which they build up. Friction is then less than L while F rises and more while it falls, in
+all slides alike, which looks like a scale of u. The turns show how late the bristles would follow, but not whether they do.
 """
 
 from dataclasses import dataclass
@@ -19,16 +19,16 @@ import scipy.special
 
 from .bins import binned, bin_size, noise_of, readings_of
 
-PART = 0.5  # of a slide's way: it counts from there on
-PARTS = (0.3, 0.7)  # that the answer may depend on
-END = 0.98
+PART = 0.5  # of a slide's travel: the slide counts from there on
+PARTS = (0.3, 0.7)  # alternatives to PART, for the interval
+END = 0.98  # of a slide's travel: the slide counts up to there
 SHORT = 0.08  # of the range of F: shorter slides do not count
-SHORTER = 0.015  # likewise, whatever the others are
-SLOW = 0.3  # of a slide's median rate: rows that turn
+SHORTER = 0.015  # of the range of F: slides below it never count
+SLOW = 0.3  # of a slide's median rate: slower rows are turning
 ENOUGH = 8  # slides for an interval
-SURE = 12  # and to be taken in place of the model
+SURE = 12  # slides to replace the model
 LAG_S = 0.05
-MEDIAN_OF_3 = 0.67  # standard deviation of the median of three, over that of one
+MEDIAN_OF_3 = 0.67  # standard deviation of the median of three values divided by that of one
 DRAWS = 999
 COLUMNS = {"symmetric": ("offset", "slope", "scale", "gravity"), "calibrated": ("offset_positive", "slope_positive", "offset_negative", "slope_negative")}
 
@@ -39,8 +39,8 @@ class Line:
     lag_s: float
     error: float  # N, median over the slides
     slides: int
-    draws: np.ndarray  # of the values' differences, a column each
-    rows: np.ndarray  # bins that count, of all segments together
+    draws: np.ndarray  # differences of the values, one column each
+    rows: np.ndarray  # bins that count, numbered over all segments
 
     def law(self):
         return {"scale": 1.0, "gravity": 0.0} | self.values
@@ -54,7 +54,7 @@ class Line:
 
 
 def turns(y, room):
-    """(way, first, last) of each run of y from one turn to the next; what goes back by less than `room` is no turn."""
+    """Returns (way, first, last) of each run of y from one turn to the next. A reversal by less than `room` is no turn."""
     runs, way, low, high, first = [], 0, 0, 0, 0
     for k in range(1, len(y)):
         if way >= 0 and y[k] >= y[high]:
@@ -69,7 +69,7 @@ def turns(y, room):
 
 
 def shortest(lengths, room, span):
-    """The length that a slide has at least: a part of the range; where too few are so long, as at many levels, and most are shorter, half of what they are."""
+    """Returns the least length of a slide: a part of the range. If too few slides are that long, for example at many levels, returns half of their median length."""
     if np.sum(lengths > SHORT * span) >= SURE:
         return SHORT * span
     some = lengths[lengths > max(SHORTER * span, 3 * room)]
@@ -77,7 +77,7 @@ def shortest(lengths, room, span):
 
 
 def runs_of(log):
-    """Each segment's averages u, du/dt, F, dF/dt and the runs of F that are long enough."""
+    """Returns each segment's averages u, du/dt, F, dF/dt and the runs of F that are long enough."""
     span = max(np.ptp(s.force) for s in log.segments)
     found = []
     for s in log.segments:
@@ -92,12 +92,12 @@ def runs_of(log):
 
 
 def spans(log):
-    """(way, low, high) of each run."""
+    """Returns (way, low, high) of each run."""
     return [(way, *sorted((float(y[first]), float(y[last])))) for *_, y, _, runs in runs_of(log) for way, first, last in runs]
 
 
 def later(found, part):
-    """Rows u, du/dt, F, dF/dt, way, slide, bin of the later part of each run."""
+    """Returns rows (u, du/dt, F, dF/dt, way, slide, bin) of the later part of each run."""
     rows, offset, number = [], 0, 0
     for u, du, y, dy, runs in found:
         for way, first, last in runs:
@@ -112,7 +112,7 @@ def later(found, part):
 
 
 def system(rows, assume):
-    """Matrix, the lags' columns last, and right side."""
+    """Returns the matrix, with the lags' columns last, and the right side."""
     u, du, y, dy, way = rows[:, :5].T
     up, down, lags = (way > 0).astype(float), (way < 0).astype(float), np.c_[-du, -dy]
     if assume == "symmetric":
@@ -121,13 +121,13 @@ def system(rows, assume):
 
 
 def prior(a, rows):
-    """A weak one, of lags about 0: slides of one rate do not tell them from the offset. As rows below the matrix."""
+    """Returns a weak prior of the lags around 0, as rows below the matrix: slides of one rate do not tell lags from the offset."""
     size = 1e-3 * np.ptp(rows[:, 2]) / LAG_S
     return np.diag(np.r_[np.full(a.shape[1] - 2, 1e-9 * np.abs(a).max()), size, size])
 
 
 def solve(rows, assume):
-    """Solution, its errors, and the weights of rows; those far off have none."""
+    """Returns the solution, its errors, and the weights of the rows; outliers have weight 0."""
     a, b = system(rows, assume)
     slide = rows[:, 5].astype(int)
     keep = np.ones(len(rows), bool)
@@ -140,7 +140,7 @@ def solve(rows, assume):
 
 
 def draw(rows, assume, x, weight, seed=1):
-    """Differences from the solution where slides are drawn anew, each without its own pull."""
+    """Returns the differences from the solution when slides are drawn again, each corrected for its own influence."""
     a, b = system(rows, assume)
     slide = rows[:, 5].astype(int)
     used, number = np.unique(slide, return_inverse=True)
@@ -156,7 +156,7 @@ def draw(rows, assume, x, weight, seed=1):
 
 
 def error_draws(rows, assume, weight, error, source):
-    """What the line leaves may be an error of any one value, as large as it stands in all slides alike."""
+    """Returns draws of the error of the law: the residual of the line may be an error of any one value that is the same in all slides."""
     a, _ = system(rows, assume)
     share = weight / np.sqrt(np.sum(weight**2))
     upper = np.linalg.qr(np.r_[share[:, None] * a, prior(a, rows) / np.sqrt(np.sum(weight**2))], mode="r")
@@ -164,8 +164,8 @@ def error_draws(rows, assume, weight, error, source):
 
 
 def build_up(found, law, lag_s, breakaway):
-    """The way, over breakaway, in which friction comes within 1/e of it, if it does so exponentially: it is 0 after ln 2 of it. Of the
-    slowest third the upper quartile, as it is to be a bound."""
+    """Returns the travel, divided by breakaway, over which friction comes within 1/e of breakaway if it builds up exponentially: after a turn friction is 0 at ln 2 of
+    this travel. Takes the upper quartile of the slowest third, because the result serves as a bound."""
     seen = []
     for u, du, y, _, runs in found:
         for way, first, last in runs:
@@ -175,7 +175,7 @@ def build_up(found, law, lag_s, breakaway):
             if after:
                 part = share[after] / (share[after] - share[after - 1])
                 here, before = y[k[after]], y[k[after - 1]]
-                gone = way * ((1 - part) * here + part * before - y[first]) + abs(here - before) / 2  # the turn is within an average
+                gone = way * ((1 - part) * here + part * before - y[first]) + abs(here - before) / 2  # the turn lies within one average
                 seen.append((np.median(np.abs(du[k])), max(gone, 0.0) / breakaway(y[first], way)))
     if len(seen) < ENOUGH:
         return 0.0
@@ -184,7 +184,7 @@ def build_up(found, law, lag_s, breakaway):
 
 
 def late_friction(values, way):
-    """By how much the values are off at most where friction follows L that late."""
+    """Returns the largest error of the values if friction follows L with the travel `way`."""
     if "scale" in values:
         late = way * values["slope"]
         return {"scale": late * values["slope"], "gravity": late * values["offset"]}
@@ -193,7 +193,7 @@ def late_friction(values, way):
 
 
 def line(log, assume):
-    """The law through the slides, or None where there are too few."""
+    """Returns the law through the slides, or None if there are too few."""
     found = runs_of(log)
     rows = later(found, PART)
     slides = len(np.unique(rows[:, 5]))
@@ -216,7 +216,7 @@ def line(log, assume):
 
 
 def residual(log, assume):
-    """Rows of the later parts of the slides as `later` has them, and what the law leaves of F in each."""
+    """Returns the rows of the later parts of the slides, as `later` does, and the residual of the law in each."""
     rows = later(runs_of(log), PART)
     x, *_ = solve(rows, assume)
     a, target = system(rows, assume)
@@ -224,14 +224,14 @@ def residual(log, assume):
 
 
 def half_of(values):
-    """Half of the interval of a median."""
+    """Returns half of the interval of a median."""
     return float(1.96 * 1.2533 * 1.4826 * np.median(np.abs(values - np.median(values))) / np.sqrt(len(values))) if len(values) >= ENOUGH else np.inf
 
 
 def fall(log, line):
-    """By how much friction is larger as F begins to move than later in the slide, relative; and half of the interval. From the slowest third of the slides, where the lags move
-    net force least. Noise and steps of u make the largest net force larger, where it is the same for long; a short one they hardly change. The
-    interval has all of that, and half as much again as noise moves the turns."""
+    """Returns by how much friction is larger when F begins to move than later in the slide, relative, and half of the interval. Uses the slowest third of the slides, in
+    which the lags change the net force least. Noise and steps of u raise the largest net force if it stays the same for long; they hardly raise a short peak. The
+    interval includes all of this effect, and half as much again because noise moves the turns."""
     found, p = [], line.law()
     for s, (u, du, y, _, runs) in zip(log.segments, runs_of(log)):
         coarse = readings_of(s.u).coarse * p["scale"]

@@ -1,7 +1,7 @@
-"""Dry friction or a lag: what keeps F behind u, of a log whose slides are all of about one rate.
+"""Decides whether dry friction or a lag keeps F behind u, in a log whose slides all have about the same rate.
 
-Where u turns, F behind a lag turns with it; F behind friction stands until u has gone back by twice the friction. Both are played, mixed in several shares, and the
-share whose F is nearest to the log's is friction's.
+When u turns, an F behind a lag turns with it; an F behind friction stands until u has gone back by twice the friction. Mixtures of both with several shares are
+simulated, and the share whose F is closest to the log's is taken as that of friction.
 """
 
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from . import slides
 
 BIN_S = 0.002
 SHARES = np.linspace(0, 1, 21)
-LITTLE = 0.25  # a share that an arm of another shape than two equal lags may seem to have
+LITTLE = 0.25  # of friction: an arm unlike two equal lags may appear to have this share
 
 
 @dataclass
 class Behind:
     force: float  # N, by which F is behind u while it slides
     rate: float  # of u there, N/s
-    share: float  # of it that is friction
+    share: float  # of `force` that is friction
 
     def friction(self):
         return self.share * self.force
@@ -32,7 +32,7 @@ class Behind:
 
 
 def _played(u, h, friction, slope, lag, start):
-    """F of several shares side by side: behind a play of the friction's width, and two equal lags."""
+    """Returns F for several shares side by side: behind a backlash of the friction's width and two equal lags."""
     out, force, once, late = np.empty((len(u), len(lag))), *np.full((3, len(lag)), start)
     keep = np.exp(-2 * h / np.maximum(lag, 1e-9))
     for k, command in enumerate(u):
@@ -45,7 +45,7 @@ def _played(u, h, friction, slope, lag, start):
 
 
 def behind(log, scale, bias, offset, slope):
-    """By how much F is behind scale u + bias, as offset + slope |F| of friction and lag together, and how much of that is friction. A log of one segment."""
+    """Returns how far F is behind scale u + bias, and which share of that is friction. `offset` + `slope` |F| is friction and lag together. The log has one segment."""
     s = log.segments[0]
     size = max(int(round(BIN_S / s.h)), 1)
     u, y = (x[: len(x) // size * size].reshape(-1, size).mean(1) for x in (scale * s.u + bias, s.force))
@@ -53,7 +53,7 @@ def behind(log, scale, bias, offset, slope):
     rate = np.median(np.concatenate([np.abs(du[first:last]) for _, du, _, _, runs in slides.runs_of(log) for _, first, last in runs])) * abs(scale)
     force = offset + slope * float(np.median(np.abs(y)))
     played = _played(u, h, SHARES * offset, SHARES * slope, (1 - SHARES) * force / rate, float(y[0]))
-    near = np.zeros(len(y), bool)  # where u has turned lately
+    near = np.zeros(len(y), bool)  # rows in which u has turned recently
     turned = np.flatnonzero(np.diff(np.sign(np.diff(u))) != 0)
     for k in turned:
         near[k : k + int(3 * force / rate / h) + 1] = True

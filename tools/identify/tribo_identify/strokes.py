@@ -1,8 +1,8 @@
-"""Friction from strokes at speed: logs of force and position, without a force at the load.
+"""Finds friction from strokes at speed: logs of force and position, without a force at the load.
 
-A file is one load, or several in turn: a new one begins where strokes of the same way differ by more than half of the friction. A stroke is a run of
-the position one way; u is averaged over the middle of its travel. The load is the mean of both directions, friction half their difference; repeats are
-the pairs of strokes. It shows L(F) of sliding, and nothing of stiction.
+A file has one load or several in turn: a new load begins where strokes in the same direction differ by more than half of the friction. A stroke is a run of
+the position in one direction; u is averaged over the middle of its travel. The load is the mean of both directions, friction is half their difference, and the
+repeats are the pairs of strokes. This gives L(F) of sliding, and nothing about stiction.
 """
 
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ import scipy.stats
 from .bins import binned
 from .refusal import Refusal
 
-CUT = 0.15  # of the travel, left out at both ends
-SHORT = 0.5  # of the longest stroke: shorter ones are left out
+CUT = 0.15  # of the travel is left out at both ends
+SHORT = 0.5  # of the range of the position: shorter strokes are left out
 SMOOTH_S = 0.1
-CLOSE = 0.1  # of friction: loads that are less apart are one
+CLOSE = 0.1  # of friction: loads closer than this are one load
 SCATTERS = 6.0
 DRAWS = 999
 
@@ -24,7 +24,7 @@ DRAWS = 999
 @dataclass
 class Level:
     file: str
-    when: str  # of the file, where that has several loads
+    when: str  # time in the file, if it has several loads
     load: float  # with its sign
     friction: float
     repeats: np.ndarray  # friction of each pair of strokes
@@ -40,12 +40,12 @@ class Law:
     slope_half: float
     r2: float
     is_table: bool
-    deviation: float  # largest from the line, relative
+    deviation: float  # largest relative deviation from the line
     slope_shown: bool
 
 
 def strokes_of(segment):
-    """(first, last, way) rows of the middle of each stroke."""
+    """Returns (first, last, way) of the middle of each stroke."""
     size = max(int(round(SMOOTH_S / segment.h)), 1)
     x = binned(segment.position, size)
     if len(x) < 4:
@@ -79,8 +79,8 @@ def strokes_of(segment):
 
 
 def plateaus(strokes):
-    """The strokes of each load, each both ways. A new load begins where strokes of the same way differ by more than half of the friction, or by far more than the strokes of
-    one load do. Those in which the load changes, which have no other of their load, are left out."""
+    """Returns the strokes of each load, in both directions. A new load begins where strokes in the same direction differ by more than half of the friction, or by far more
+    than the strokes of one load do. Strokes without a partner in the other direction, in which the load changes, are left out."""
     means = [mean for *_, mean in strokes]
     changes = [abs(a - b) / 2 for a, b, one, other in zip(means, means[1:], strokes, strokes[1:]) if one[3] != other[3]]
     friction = float(np.median(changes)) if changes else np.inf
@@ -95,8 +95,8 @@ def plateaus(strokes):
 
 
 def _scatter(strokes):
-    """Standard deviation of strokes of the same way and load: from the half of the neighbours that differ least, as the others may have another load; or, where no load has
-    two, from how friction bends from pair to pair, as a load moves both ways alike."""
+    """Returns the standard deviation of strokes of the same direction and load. Uses the half of the neighbours that differ least, because the others may have another load;
+    if no load has two strokes, uses the second differences of friction from pair to pair, because a load shifts both directions alike."""
     up, down = ([mean for *_, w, mean in strokes if w == way] for way in (1, -1))
     if min(len(up), len(down)) < 4:
         return np.inf
@@ -107,7 +107,7 @@ def _scatter(strokes):
 
 
 def _steady(strokes, segments):
-    """Without those in which the load changes: their halves differ unlike those of the others."""
+    """Returns the strokes in which the load does not change. If it does, the two halves of a stroke differ more than those of the others."""
     halves = np.array([float(np.diff([np.mean(part) for part in np.array_split(segments[number].u[first:last], 2)])[0]) for number, first, last, *_ in strokes])
     ways = np.array([way for *_, way, _ in strokes])
     means = np.array([mean for *_, mean in strokes])
@@ -137,7 +137,7 @@ def _level(file, segments, strokes, is_one_of_several):
 
 
 def identify(log):
-    """Levels and the law through them."""
+    """Returns the levels and the law through them."""
     for s in log.segments:
         if s.position is None:
             s.position = np.r_[0, np.cumsum((s.speed[1:] + s.speed[:-1]) / 2 * np.diff(s.t))]
@@ -152,7 +152,7 @@ def identify(log):
         raise Refusal("few loads", f"few loads: all are within {np.ptp(load):.3g} N of each other")
     fit = scipy.stats.linregress(load, friction)
     t = scipy.stats.t.ppf(0.975, len(levels) - 2)
-    # Of the repeats as well: the line through levels that are each drawn anew from their own pairs.
+    # The intervals include the scatter of the repeats: each draw fits a line through levels that are drawn again from their own pairs.
     source = np.random.default_rng(1)
     draws = np.array([np.polyfit(load, [source.choice(v.repeats, len(v.repeats)).mean() for v in levels], 1) for _ in range(DRAWS)])
     spread = (np.percentile(draws, 97.5, axis=0) - np.percentile(draws, 2.5, axis=0)) / 2

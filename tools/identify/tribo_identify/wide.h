@@ -1,7 +1,8 @@
 // Included before every source of native.py's build: the library's f32 source with double in place of float.
 //
-// An experiment inside stiction moves n by 1e-7 N in a step of 0.1 ms, a few units in the last place of a float. v, the sign of dn/dt and with
-// them the relays would be rounding. The equations, their order and their approximations stay the library's.
+// An experiment inside stiction moves n by 1e-7 N in a step of 0.1 ms, a few units in the last place of a float. In float,
+// v, the sign of dn/dt and so the relays would depend on rounding. The equations, their order and their approximations
+// remain the library's.
 
 #ifndef TRIBO_IDENTIFY_WIDE_H
 #define TRIBO_IDENTIFY_WIDE_H
@@ -13,9 +14,9 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-#define TRIBO_NUMBER_IEEE_F32_H // instead of the library's ieee_f32.h
+#define TRIBO_NUMBER_IEEE_F32_H // skips the library's ieee_f32.h
 
-// 2^-x is made by the exponent field of a float, and stays so: k within 6e-8.
+// The library computes 2^-x with the exponent field of a float. This stays so, and k is within 6e-8.
 static inline uint32_t bits_f32(double x)
 {
     const union
