@@ -39,7 +39,8 @@ bool common_reference_init(common_reference_t *reference, const common_scenario_
     {
         return common_error_set(error, "out of memory");
     }
-    const bool ok = check_file(scenario, path, error) && common_csv_read(&reference->csv, path, columns, 2, error) &&
+    const bool ok = check_file(scenario, path, error) &&
+                    common_csv_read(&reference->csv, path, columns, 2, false, error) &&
                     common_csv_check_rising(&reference->csv, "t_s", error);
     free(path);
     return ok;

@@ -564,13 +564,13 @@ static void replace_returns(char *text)
     }
 }
 
-static bool parse(common_csv_t              *csv,
-                  char                      *text,
-                  const char                *name,
-                  const common_csv_column_t *columns,
-                  size_t                     count,
-                  bool                       is_log,
-                  common_error_t            *error)
+bool common_csv_parse(common_csv_t              *csv,
+                      char                      *text,
+                      const char                *name,
+                      const common_csv_column_t *columns,
+                      size_t                     count,
+                      bool                       is_log,
+                      common_error_t            *error)
 {
     if (is_log)
     {
@@ -594,46 +594,15 @@ static bool parse(common_csv_t              *csv,
     return ok;
 }
 
-bool common_csv_parse(common_csv_t              *csv,
-                      char                      *text,
-                      const char                *name,
-                      const common_csv_column_t *columns,
-                      size_t                     count,
-                      common_error_t            *error)
-{
-    return parse(csv, text, name, columns, count, false, error);
-}
-
-bool common_csv_parse_log(common_csv_t              *csv,
-                          char                      *text,
-                          const char                *name,
-                          const common_csv_column_t *columns,
-                          size_t                     count,
-                          common_error_t            *error)
-{
-    return parse(csv, text, name, columns, count, true, error);
-}
-
 bool common_csv_read(common_csv_t              *csv,
                      const char                *path,
                      const common_csv_column_t *columns,
                      size_t                     count,
+                     bool                       is_log,
                      common_error_t            *error)
 {
     char      *text = common_file_read(path, COMMON_CSV_BYTES_MAX, error);
-    const bool ok   = text != NULL && parse(csv, text, path, columns, count, false, error);
-    free(text);
-    return ok;
-}
-
-bool common_csv_read_log(common_csv_t              *csv,
-                         const char                *path,
-                         const common_csv_column_t *columns,
-                         size_t                     count,
-                         common_error_t            *error)
-{
-    char      *text = common_file_read(path, COMMON_CSV_BYTES_MAX, error);
-    const bool ok   = text != NULL && parse(csv, text, path, columns, count, true, error);
+    const bool ok   = text != NULL && common_csv_parse(csv, text, path, columns, count, is_log, error);
     free(text);
     return ok;
 }

@@ -43,35 +43,22 @@ typedef struct
     int digits, decimals;            ///< most significant digits of its numbers, and most behind the point
 } common_csv_t;
 
-/// Reads `count` columns. On failure nothing is left to free.
+/// Reads `count` columns of a file, or of a recorded log. On failure nothing is left to free.
 bool common_csv_read(common_csv_t              *csv,
                      const char                *path,
                      const common_csv_column_t *columns,
                      size_t                     count,
+                     bool                       is_log,
                      common_error_t            *error);
 
-/// The same for a recorded log.
-bool common_csv_read_log(common_csv_t              *csv,
-                         const char                *path,
-                         const common_csv_column_t *columns,
-                         size_t                     count,
-                         common_error_t            *error);
-
-/// As common_csv_read from text, which is changed in place; `name` stands for the file in messages.
+/// The same from text, which is changed in place; `name` stands for the file in messages.
 bool common_csv_parse(common_csv_t              *csv,
                       char                      *text,
                       const char                *name,
                       const common_csv_column_t *columns,
                       size_t                     count,
+                      bool                       is_log,
                       common_error_t            *error);
-
-/// As common_csv_read_log from text, likewise.
-bool common_csv_parse_log(common_csv_t              *csv,
-                          char                      *text,
-                          const char                *name,
-                          const common_csv_column_t *columns,
-                          size_t                     count,
-                          common_error_t            *error);
 
 /// Reports an error in the first column asked for of a row: "FILE:LINE:COLUMN: " and the rest. Always false.
 bool common_csv_complain(const common_csv_t *csv, size_t row, common_error_t *error, const char *format, ...);

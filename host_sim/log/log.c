@@ -222,7 +222,7 @@ static bool read_file(sim_log_t               *log,
     // A trace has the true force and the sensor's: take the true one if present.
     const bool either      = options->columns[SIM_LOG_F].name == NULL;
     columns[SIM_LOG_ROLES] = (common_csv_column_t){.name = either ? "y_N" : columns[SIM_LOG_F].name, .optional = true};
-    if (!common_csv_read_log(csv, path, columns, SIM_LOG_ROLES + (either ? 1u : 0u), error))
+    if (!common_csv_read(csv, path, columns, SIM_LOG_ROLES + (either ? 1u : 0u), true, error))
     {
         return false;
     }

@@ -15,8 +15,7 @@ static void check(const uint8_t *data, size_t size, bool is_log)
     common_error_t error = {""};
     common_csv_t   csv;
     char          *text = fuzz_text(data, size);
-    const bool     ok   = is_log ? common_csv_parse_log(&csv, text, "fuzz.csv", columns, 3, &error)
-                                 : common_csv_parse(&csv, text, "fuzz.csv", columns, 3, &error);
+    const bool     ok   = common_csv_parse(&csv, text, "fuzz.csv", columns, 3, is_log, &error);
     fuzz_check_error(ok, &error);
     for (size_t i = 0; ok && i < csv.rows; i++)
     {
