@@ -1,4 +1,4 @@
-/// A loop in physical units with its method and its guard: what a scenario says, the message SETUP carries and a drive's set holds.
+/// A loop in physical units with its method and its guard, as in a scenario, in the message SETUP and in a drive's set.
 
 #ifndef TRIBO_LOOP_PARTS_H
 #define TRIBO_LOOP_PARTS_H
@@ -8,13 +8,13 @@
 
 #include <stdbool.h>
 
-/// `config` points to sections and a table somewhere else, which outlive the params made of it.
+/// `config` points to sections and a table elsewhere, which must outlive the params made from it.
 typedef struct
 {
     tribo_force_loop_f32_config_t  config;
-    bool                           feeds_forward; ///< instead of the paper's method
+    bool                           feeds_forward; ///< the feed-forward replaces the paper's method
     tribo_feedforward_f32_config_t feedforward;
-    bool                           is_sensorless; ///< and does so without y
+    bool                           is_sensorless; ///< the feed-forward has no y
     tribo_sensorless_f32_config_t  sensorless;
     bool                           guarded;
     tribo_guard_f32_config_t       guard;

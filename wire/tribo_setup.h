@@ -1,4 +1,4 @@
-/// The set-up of a drive in lock-step, as the 32-bit words of the message SETUP. The lists below alone define their order.
+/// The set-up of a drive in lock-step, as the 32-bit words of the message SETUP. Only the lists below define their order.
 
 #ifndef TRIBO_SETUP_H
 #define TRIBO_SETUP_H
@@ -12,15 +12,15 @@
 
 typedef struct
 {
-    uint32_t                    period_us, late_us, budget_us, stuck_ticks; ///< of drive_config_t
-    float                       full_scale_n;                               ///< of Q31; f32 ignores it
+    uint32_t                    period_us, late_us, budget_us, stuck_ticks; ///< members of drive_config_t
+    float                       full_scale_n;                               ///< force of 2^31 in Q31; f32 ignores it
     tribo_loop_parts_t          loop;
-    tribo_biquad_f32_section_t  sections[TRIBO_BIQUAD_SECTIONS_MAX]; ///< that `loop` points to at the receiving end
+    tribo_biquad_f32_section_t  sections[TRIBO_BIQUAD_SECTIONS_MAX]; ///< `loop` points to these on the receiving side
     tribo_breakaway_point_f32_t table[TRIBO_BREAKAWAY_POINTS_MAX];
 } tribo_setup_t;
 
-/// Every member; what the config points to follows them. The drive's own and all parameters of the library's list
-/// (tribo/parameters.h) are a float or a uint32_t each.
+/// Every member; the arrays to which the config points follow. The drive's own members, and all parameters of the library's list
+/// (tribo/parameters.h), are a float or a uint32_t each.
 #define TRIBO_SETUP_OWN(FIELD)                                                                                         \
     FIELD(period_us)                                                                                                   \
     FIELD(late_us)                                                                                                     \
@@ -28,7 +28,7 @@ typedef struct
     FIELD(stuck_ticks)                                                                                                 \
     FIELD(full_scale_n)
 
-/// 0 or 1 each.
+/// Members that are 0 or 1.
 #define TRIBO_SETUP_FLAGS(FLAG)                                                                                        \
     FLAG(loop.feeds_forward)                                                                                           \
     FLAG(loop.is_sensorless)                                                                                           \
@@ -48,7 +48,7 @@ typedef struct
     TRIBO_SENSORLESS_PARAMETERS(ROW)                                                                                   \
     TRIBO_GUARD_PARAMETERS(ROW)
 
-// Where the config of a group is in tribo_setup_t.
+// The member of tribo_setup_t that holds the config of a group.
 #define TRIBO_SETUP_SAMPLE      loop.config
 #define TRIBO_SETUP_INPUT       loop.config
 #define TRIBO_SETUP_GAIN        loop.config
@@ -69,7 +69,7 @@ typedef struct
 #define TRIBO_SETUP_POINT_WORDS   (sizeof(tribo_breakaway_point_f32_t) / sizeof(uint32_t) * TRIBO_BREAKAWAY_POINTS_MAX)
 #define TRIBO_SETUP_WORDS         (TRIBO_SETUP_FIELD_WORDS + TRIBO_SETUP_SECTION_WORDS + TRIBO_SETUP_POINT_WORDS)
 
-/// More sections or points than fit are left out, and refused at set-up.
+/// Writes a setup as words. Sections and points beyond those that fit are left out, and refused at set-up.
 static inline void tribo_setup_to_words(const tribo_setup_t *setup, uint32_t words[TRIBO_SETUP_WORDS])
 {
     const tribo_controller_f32_config_t *controller = &setup->loop.config.controller;
@@ -97,7 +97,7 @@ static inline void tribo_setup_to_words(const tribo_setup_t *setup, uint32_t wor
     }
 }
 
-/// `setup` is not to be moved: it points to the sections and the table in itself.
+/// Reads a setup from words. It must not move afterwards, because it points to its own sections and table.
 static inline void tribo_setup_from_words(tribo_setup_t *setup, const uint32_t words[TRIBO_SETUP_WORDS])
 {
     tribo_loop_parts_t *loop = &setup->loop;
@@ -114,7 +114,7 @@ static inline void tribo_setup_from_words(tribo_setup_t *setup, const uint32_t w
     memcpy(setup->table, words + TRIBO_SETUP_SECTION_WORDS, sizeof setup->table);
     tribo_friction_f32_config_t *friction = &loop->config.compensator.friction;
     loop->config.controller.sections      = setup->sections;
-    loop->config.controller.pause         = NULL; // of this end only, as are method and guard
+    loop->config.controller.pause         = NULL; // a pointer of the other side, like refusal, method and guard
     loop->config.controller.refusal       = NULL;
     friction->refusal                     = NULL;
     loop->config.pi                       = (tribo_pi_t){0};

@@ -1,5 +1,5 @@
-/// One tick of the loop as 32-bit words, the same places in both arithmetics: for the wire, and for the self-test's CRC.
-/// This list alone defines their order; a signal is one line.
+/// One tick of the loop as 32-bit words, in the same order for both arithmetics: for the wire, and for the self-test's CRC.
+/// Only this list defines their order; a signal is one line.
 
 #ifndef TRIBO_SIGNAL_WORDS_H
 #define TRIBO_SIGNAL_WORDS_H
@@ -11,7 +11,7 @@
 #include <stdint.h>
 #include <string.h>
 
-/// The forces, after a first word of flags: name, name in a report, member of tribo_force_loop_f32_signals_t, member of
+/// The forces, which follow a first word of flags: name, name in a report, member of tribo_force_loop_f32_signals_t, member of
 /// tribo_force_loop_q31_signals_t.
 #define TRIBO_SIGNAL_FORCES(FORCE)                                                                                     \
     FORCE(E, "e", e_n, e)                                                                                              \
@@ -47,7 +47,7 @@ static inline uint32_t tribo_signal_bits(float x)
     return bits;
 }
 
-/// Forces in N, as the bits of the float.
+/// Writes forces in N, as the bits of the float.
 static inline void tribo_signal_words_f32(const tribo_force_loop_f32_signals_t *signals,
                                           uint32_t                              words[TRIBO_SIGNAL_WORDS])
 {
@@ -57,7 +57,7 @@ static inline void tribo_signal_words_f32(const tribo_force_loop_f32_signals_t *
 #undef TRIBO_SIGNAL_PUT
 }
 
-/// Forces in Q31 of the full scale.
+/// Writes forces in Q31 of the full scale.
 static inline void tribo_signal_words_q31(const tribo_force_loop_q31_signals_t *signals,
                                           uint32_t                              words[TRIBO_SIGNAL_WORDS])
 {

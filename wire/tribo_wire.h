@@ -1,7 +1,7 @@
-/// Messages between the host and a drive in lock-step. Depends on neither side, only on the library.
+/// Messages between the host and a drive in lock-step. This file depends on neither side, only on the library.
 ///
-/// A message is 32-bit words, least significant byte first: kind, number of following words, those words. A float is sent
-/// as its bits, a force in the drive's own arithmetic: in N in single precision, or in Q31 of the full scale.
+/// A message consists of 32-bit words, least significant byte first: kind, number of the words that follow, those words. A
+/// float is sent as its bits, a force in the drive's own arithmetic: in N in single precision, or in Q31 of the full scale.
 ///
 ///     target          host
 ///     HELLO   ---->
@@ -11,8 +11,8 @@
 ///     TOCK    ---->         }
 ///             <----   END        the target's program ends with status 0
 ///
-/// Over a serial line the CRC-32 of its words follows each message. A session begins with an empty HELLO from the host,
-/// repeated until answered, and the target answers END with an END that carries its cycles.
+/// Over a serial line each message is followed by the CRC-32 of its words. A session begins with an empty HELLO from the host,
+/// repeated until the target answers. The target answers END with an END that carries its cycles.
 
 #ifndef TRIBO_WIRE_H
 #define TRIBO_WIRE_H
@@ -23,9 +23,9 @@
 #define TRIBO_WIRE_VERSION 7u
 
 #define TRIBO_WIRE_HEADER_WORDS 2u
-#define TRIBO_WIRE_WORDS_MAX    TRIBO_SETUP_WORDS ///< of a message, without its header: SETUP is the longest
+#define TRIBO_WIRE_WORDS_MAX    TRIBO_SETUP_WORDS ///< the longest message, SETUP, without its header
 
-/// Two pipes, passed to the emulator as open files; the target opens them by these names.
+/// Two pipes, which the emulator receives as open files. The target opens them by these names.
 #define TRIBO_WIRE_TO_TARGET_FD   3
 #define TRIBO_WIRE_TO_TARGET      "/dev/fd/3"
 #define TRIBO_WIRE_FROM_TARGET_FD 4
@@ -57,7 +57,7 @@ typedef enum
 
 typedef enum
 {
-    TRIBO_CYCLES_LEAST, ///< of the drive's ticks; 0: the core has no counter
+    TRIBO_CYCLES_LEAST, ///< fewest cycles of a tick of the drive; 0: the core has no counter
     TRIBO_CYCLES_MEAN,
     TRIBO_CYCLES_MOST,
     TRIBO_CYCLES_WORDS
@@ -73,13 +73,13 @@ typedef enum
     TRIBO_TICK_START_US, ///< the clock when the tick starts ...
     TRIBO_TICK_END_US,   ///< ... and when the loop is done
     TRIBO_TICK_INPUTS,   ///< PORT_INPUT_ bits
-    TRIBO_TICK_SILENT,   ///< not 0: the sensor does not answer
+    TRIBO_TICK_SILENT,   ///< 0 if the sensor answers
     TRIBO_TICK_R,
     TRIBO_TICK_Y,
     TRIBO_TICK_WORDS
 } tribo_tick_word_t;
 
-// NOLINTNEXTLINE(cert-int09-c,readability-enum-initial-value): the last is a count
+// NOLINTNEXTLINE(cert-int09-c,readability-enum-initial-value): the last enumerator is a count
 typedef enum
 {
     TRIBO_TOCK_COMMAND, ///< as the power stage receives it

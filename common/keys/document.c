@@ -24,7 +24,7 @@ static bool complain_yaml(const shape_t *shape, const yaml_parser_t *parser)
     common_document_problem_t *problem = shape->problem;
     problem->line                      = COMMON_LINE(parser->problem_mark);
     problem->column                    = COMMON_COLUMN(parser->problem_mark);
-    if (parser->error == YAML_READER_ERROR) // has only an offset
+    if (parser->error == YAML_READER_ERROR) // this error has only an offset
     {
         problem->line = problem->column = 1;
         for (size_t i = 0; i < parser->problem_offset && shape->text[i] != '\0'; i++)
@@ -65,7 +65,8 @@ static bool check_event(shape_t *shape, const yaml_event_t *event)
     return what == NULL || complain(shape, what);
 }
 
-/// Checks the events first: libyaml's time grows with the square of a document's depth, to minutes for a file of brackets.
+/// Checks the document's events before it is loaded, because libyaml's time to load grows with the square of the depth, to
+/// minutes for a file of brackets.
 static bool check_shape(shape_t *shape)
 {
     yaml_parser_t parser;

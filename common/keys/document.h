@@ -8,18 +8,19 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/// A fault and its place; line and column count from 1.
+/// A fault and its place. Line and column count from 1.
 typedef struct
 {
     size_t line, column;
     char   what[256];
 } common_document_problem_t;
 
-/// Line and column of a libyaml mark.
+/// Line and column of a libyaml mark, which count from 0 there.
 #define COMMON_LINE(mark)   ((mark).line + 1u)
 #define COMMON_COLUMN(mark) ((mark).column + 1u)
 
-/// On success `document` has a root; delete it with yaml_document_delete. `nodes_max` counts keys, values, mappings and lists.
+/// Loads `text`. On success `document` has a root; delete it with yaml_document_delete. `nodes_max` limits the number of keys,
+/// values, mappings and lists.
 bool common_document_load(yaml_document_t           *document,
                           const char                *text,
                           unsigned                   nodes_max,

@@ -10,13 +10,13 @@
 typedef enum
 {
     COMMON_KEY_NUMBER,   ///< double
-    COMMON_KEY_OPTIONAL, ///< common_optional_t: a number that may be left out
+    COMMON_KEY_OPTIONAL, ///< common_optional_t: a number that may be missing
     COMMON_KEY_WHOLE,    ///< uint64_t
     COMMON_KEY_CHOICE,   ///< int, the index of a word
     COMMON_KEY_TEXT,     ///< char[max + 1]
     COMMON_KEY_GROUP,    ///< a mapping with its own keys
-    COMMON_KEY_LIST,     ///< an array of such mappings, and its length, an unsigned
-    COMMON_KEY_SKIPPED   ///< another program's: known, value ignored
+    COMMON_KEY_LIST,     ///< an array of such mappings, with an unsigned for its length
+    COMMON_KEY_SKIPPED   ///< a key of another program, whose value is ignored
 } common_key_type_t;
 
 typedef struct
@@ -25,22 +25,22 @@ typedef struct
     double value;
 } common_optional_t;
 
-/// A table is an array of rows, ended by one without a name.
+/// A table is an array of rows. A row without a name ends it.
 typedef struct common_key
 {
     const char                     *name;
     common_key_type_t               type;
-    bool                            is_required;   ///< has no default
-    size_t                          offset;        ///< of the value, in the struct described by the table
+    bool                            is_required;   ///< the key has no default
+    size_t                          offset;        ///< offset of the value in the struct that the table describes
     const char                     *unit;          ///< "-": none
-    double                          min, max;      ///< of a number; of the length of a text or list
-    double                          standard;      ///< the default; of a choice its index
-    const char *const              *words;         ///< of a choice, ended by null
-    const struct common_key        *keys;          ///< of a group or of a list's elements
-    const struct common_key *const *keys_of_model; ///< of a group, instead: pointer to a truth model's keys
-    size_t                          size;          ///< of a list's element
-    size_t                          count_offset;  ///< of a list's counter
-    const char                     *text;          ///< what it means, for `tribo-sim list`; the title of a group
+    double                          min, max;      ///< range of a number, or of the length of a text or list
+    double                          standard;      ///< the default; for a choice its index
+    const char *const              *words;         ///< words of a choice, ended by null
+    const struct common_key        *keys;          ///< keys of a group or of a list's elements
+    const struct common_key *const *keys_of_model; ///< for a group, instead of `keys`: pointer to a truth model's keys
+    size_t                          size;          ///< size of a list's element
+    size_t                          count_offset;  ///< offset of a list's counter
+    const char                     *text;          ///< meaning, for `tribo-sim list`; the title of a group
 } common_key_t;
 
 #endif

@@ -9,21 +9,21 @@
 #include <stdio.h>
 #include <string.h>
 
-/// Position in the document.
+/// State of the reader, with its position in the document.
 typedef struct
 {
     const common_text_t *text;
     common_sources_t    *sources;
     common_error_t      *error;
     yaml_document_t      document;
-    size_t               line; ///< of the key, or of the element of a list
+    size_t               line; ///< line of the key, or of the element of a list
     char                 path[COMMON_KEY_MAX];
-    size_t               length; ///< of the path
+    size_t               length; ///< length of the path
 } reader_t;
 
 // --- messages ------------------------------------------------------------------------------------------------------
 
-/// "FILE:LINE: " and the rest, or without the line for an option. Always false.
+/// Reports an error: "FILE:LINE: " and the text, or "--set key=value: " and the text for an option. Always returns false.
 static bool complain(const reader_t *reader, const char *format, ...)
 {
     const common_text_t *text = reader->text;
@@ -45,7 +45,7 @@ static bool complain_unknown(const reader_t *reader)
     if (prefix > 0 && !text->is_option && common_key_find(text->root, NULL, reader->path + prefix, &place))
     {
         return complain(reader,
-                        "%s is a scenario's key: a file with the keys of its %s alone is expected here",
+                        "%s is a key of a whole scenario: a file with only the keys of its %s is expected here",
                         reader->path + prefix,
                         text->prefix);
     }
@@ -61,7 +61,7 @@ static const yaml_node_t *node_of(reader_t *reader, int id)
     return yaml_document_get_node(&reader->document, id);
 }
 
-/// A scalar's text, cut at a zero byte, which is invalid in values and keys.
+/// Returns a scalar's text, cut at a zero byte, which is invalid in values and keys.
 static const char *scalar(const yaml_node_t *node)
 {
     return (const char *)node->data.scalar.value;
@@ -72,7 +72,7 @@ static bool has_zero_byte(const yaml_node_t *node)
     return strlen(scalar(node)) != node->data.scalar.length;
 }
 
-/// Adds to the path.
+/// Appends to the path.
 static bool append(reader_t *reader, const char *format, ...)
 {
     const size_t room = sizeof reader->path - reader->length;
@@ -99,7 +99,7 @@ static bool note(const reader_t *reader, size_t line)
 
 // --- values --------------------------------------------------------------------------------------------------------
 
-/// Stores a single value at `at`; false, with the fault in `what`.
+/// Stores a single value at `at`. Returns false with the fault in `what`.
 static bool take_value(const common_key_t *key, const char *text, char *at, char *what, size_t size)
 {
     common_optional_t number    = {.is_given = true};
@@ -170,7 +170,7 @@ static bool check_kind(const reader_t *reader, yaml_node_type_t type, const char
            complain(reader, "%s: %s is expected here, not %s", reader->path, called, found[node->type]);
 }
 
-/// The key called `name` in a mapping, before `end`; null if there is none.
+/// Returns the key called `name` in a mapping, before `end`; null if there is none.
 static const yaml_node_t *find_in(reader_t               *reader,
                                   const yaml_node_t      *mapping,
                                   const yaml_node_pair_t *end,
@@ -189,7 +189,7 @@ static const yaml_node_t *find_in(reader_t               *reader,
 
 static bool read_mapping(reader_t *reader, const common_key_t *keys, const yaml_node_t *mapping, char *group);
 
-/// All keys of an element are required.
+/// Reads an element of a list. All its keys are required.
 static bool read_element(reader_t *reader, const common_key_t *keys, const yaml_node_t *node, char *at)
 {
     const size_t line = node->start_mark.line + 1;

@@ -1,4 +1,4 @@
-/// Short forms of the rows of a table of keys. Only for sources that define a table.
+/// Short forms for the rows of a table of keys. Include this only in sources that define a table.
 
 #ifndef COMMON_ROWS_H
 #define COMMON_ROWS_H
@@ -20,7 +20,7 @@
 #define LIST(name_, type_, member, counter, max_, keys_, text_) \
     {.name = (name_), .type = COMMON_KEY_LIST, AT(type_, member), .unit = "-", .min = 1, .max = (max_), .keys = (keys_), \
      .size = sizeof((type_ *)0)->member[0], .count_offset = offsetof(type_, counter), .text = (text_)}
-/// A row of a list of tribo/parameters.h, whose member is a double or, where it may be left out, a common_optional_t of T.
+/// A row from a list of tribo/parameters.h. Its member of T is a double, or a common_optional_t if the key may be missing.
 #define PARAMETER(group_, symbol_, member_, name_, unit_, low_, high_, standard_, change_, number_, condition_, text_) \
     {.name = (name_), .type = _Generic(((T *)0)->member_, double: COMMON_KEY_NUMBER, common_optional_t: COMMON_KEY_OPTIONAL), AT(T, member_), \
      RANGE(unit_, low_, high_, standard_), .text = (text_)},

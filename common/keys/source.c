@@ -37,7 +37,7 @@ void common_sources_free(common_sources_t *sources)
     *sources = (common_sources_t){0};
 }
 
-/// The last entry for the first `length` characters of `key`, or for a --set below that path.
+/// Returns the last entry for the path in the first `length` characters of `key`; with `part_by_option` that of a --set below it.
 static const common_source_t *find(const common_sources_t *sources, const char *key, size_t length, bool part_by_option)
 {
     for (size_t i = sources->count; i-- > 0;)

@@ -1,4 +1,4 @@
-/// Where each key's value was written, for messages.
+/// Records where each key's value was written, for messages.
 
 #ifndef COMMON_SOURCE_H
 #define COMMON_SOURCE_H
@@ -21,7 +21,7 @@ typedef struct
     size_t           count;
 } common_sources_t;
 
-/// Line 0: `name` is an option and the complete place.
+/// Adds a source. If `line` is 0, `name` is an option and the complete place.
 bool common_sources_add(common_sources_t *sources,
                         const char       *key,
                         const char       *name,
@@ -29,10 +29,11 @@ bool common_sources_add(common_sources_t *sources,
                         common_error_t   *error);
 void common_sources_free(common_sources_t *sources);
 
-/// The last source of `key`, preferably a --set below it; else that of its parent, and so on up. Null if there is none.
+/// Returns the last source of `key`, preferably of a --set below it; otherwise that of its parent, and so on up. Null if there is
+/// none.
 const common_source_t *common_sources_find(const common_sources_t *sources, const char *key);
 
-/// True if `key` itself has been written; if it or a part of it has.
+/// Returns whether `key` itself has been written. common_sources_has_part also counts a part of it.
 bool common_sources_has(const common_sources_t *sources, const char *key);
 bool common_sources_has_part(const common_sources_t *sources, const char *key);
 

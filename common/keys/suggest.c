@@ -29,10 +29,10 @@ static bool same_first_part(const char *a, const char *b)
     return length == strcspn(b, ".") && strncmp(a, b, length) == 0;
 }
 
-/// Keys of earlier versions, by their last part.
+/// Keys that an earlier version called otherwise: the last part of the old and of the new name.
 static const char *const renamed[][2] = {{"lead", "jump_lead"}};
 
-/// Whether `path` is a renamed key that is called `now`.
+/// Returns whether `path` is the old name of the key `now`.
 static bool is_renamed(const char *path, const char *now)
 {
     const size_t group = (size_t)(last_part(path) - path);
@@ -74,7 +74,7 @@ bool common_suggest(const common_key_t *keys, const char *path, char suggestion[
 
 const char *common_suggest_word(const common_key_t *key, const char *text)
 {
-    // No word may differ in every letter.
+    // A word that differs in every letter is not a suggestion.
     const char *nearest = NULL;
     size_t      best    = smaller(common_text_too_far(text), strlen(text));
     for (const char *const *word = key->words; *word != NULL; word++)

@@ -22,7 +22,7 @@ const common_key_t *common_key_in(const common_key_t *keys, const char *name, si
     return NULL;
 }
 
-/// Parses "[index]" at *path and enters that element; false if it is missing or malformed.
+/// Parses "[index]" at *path and enters that element. Returns false if the index is missing or malformed.
 static bool enter_element(common_place_t *place, const char **path, const char *group)
 {
     if (place->key->type != COMMON_KEY_LIST || (*path)[1] < '0' || (*path)[1] > '9')
@@ -121,7 +121,7 @@ void common_key_set_defaults(const common_key_t *keys, char *group)
             common_key_set_defaults(common_key_below(key), group + key->offset);
             break;
         default:
-            break; // omitted or empty: all zeros
+            break; // a missing or empty value is all zeros
         }
     }
 }

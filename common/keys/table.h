@@ -1,4 +1,4 @@
-/// Look-up in a table of keys.
+/// Looks keys up in a table.
 ///
 /// A key's row is the only source for reading, --set, defaults, ranges, suggestions and lists of keys.
 
@@ -15,17 +15,19 @@ typedef struct
 {
     const common_key_t *key;
     char               *at;         ///< the value; null if a list in the path has no such element
-    unsigned            count;      ///< of that list's elements
+    unsigned            count;      ///< number of that list's elements
     bool                is_element; ///< the path ends at an element of the list `key`
 } common_place_t;
 
-/// False if the table has no such key. `values` is the struct described by the table, or null if places do not matter.
+/// Finds a key by its path. Returns false if the table has no such key. `values` is the struct that the table describes, or
+/// null if places do not matter.
 bool common_key_find(const common_key_t *keys, void *values, const char *path, common_place_t *place);
 
-/// The row called `name` of `length` characters in one table; null if there is none.
+/// Returns the row called `name`, of `length` characters, in one table; null if there is none.
 const common_key_t *common_key_in(const common_key_t *keys, const char *name, size_t length);
 
-/// The rows of a group or of a list's elements. Null, and no such group, if a truth model has no keys of its own.
+/// Returns the rows of a group or of a list's elements. Null if a truth model has no keys of its own; its group does not
+/// exist then.
 const common_key_t *common_key_below(const common_key_t *key);
 
 /// Calls `visit` with every key, in the table's order; "[]" in the path stands for any element of a list.
@@ -35,16 +37,16 @@ void common_key_visit(const common_key_t *keys, common_key_visitor_t visit, void
 /// Sets the defaults of a table's rows in its struct. Rows without a default are left unchanged.
 void common_key_set_defaults(const common_key_t *keys, char *group);
 
-/// The name of a value's type in messages, e.g. "a number".
+/// Returns the name of a value's type in messages, e.g. "a number".
 const char *common_key_type_name(const common_key_t *key);
 
 /// Room for the words of the longest choice.
 #define COMMON_WORDS_MAX 512u
 
-/// The words of a choice, "triangle, sine or step", in `text`.
+/// Writes the words of a choice to `text`, e.g. "triangle, sine or step".
 void common_key_words(const common_key_t *key, char *text, size_t size);
 
-/// The index of a word of a choice, with `false` and `true` for `no` and `yes`; -1 if unknown.
+/// Returns the index of a word of a choice; -1 if it is unknown. `false` and `true` stand for `no` and `yes`.
 int common_key_find_word(const common_key_t *key, const char *word);
 
 #endif

@@ -1,4 +1,4 @@
-/// The compensator's values as the library's configuration.
+/// Converts the compensator's values to the library's configuration.
 
 #ifndef COMMON_COMPENSATOR_CONFIG_H
 #define COMMON_COMPENSATOR_CONFIG_H
@@ -6,7 +6,7 @@
 #include "loop/loop_keys.h"
 #include "tribo/friction_f32.h"
 
-/// A parameter of the library: of the keys in double, of the configuration in single precision.
+/// Copies a parameter from the keys, in double precision, to the library's configuration, in single precision.
 #define COMMON_FILL(group, symbol, member, ...) to->member = (float)from->member;
 
 static inline void common_friction_config_fill(tribo_friction_f32_config_t    *to,

@@ -99,7 +99,7 @@ static void emit_key(writer_t *writer, const common_key_t *key, const char *grou
     }
 }
 
-/// The given keys of the mapping at the path, `length` characters long.
+/// Writes the keys that were given in the mapping at the path, which is `length` characters long.
 static void emit_mapping(writer_t *writer, const common_key_t *keys, const char *group, size_t length)
 {
     yaml_event_t event;

@@ -1,4 +1,4 @@
-/// What a joint in Q31 reads, from numbers of a host.
+/// Converts numbers of a host to the inputs of a joint in Q31.
 
 #ifndef COMMON_JOINT_INPUTS_H
 #define COMMON_JOINT_INPUTS_H
@@ -7,13 +7,13 @@
 
 #include <math.h>
 
-/// Counts of an encoder, which wrap at 32 bits. What is no number is `before`.
+/// Returns the counts of an encoder, which wrap at 32 bits, or `before` for a NaN or an infinity.
 static inline int32_t common_joint_counts(double q, int32_t before)
 {
     return isfinite(q) ? (int32_t)(uint32_t)(int64_t)fmod(floor(q), 4294967296.0) : before;
 }
 
-/// An effort in Q31 of the largest. What is no number is `otherwise`.
+/// Returns an effort in Q31 of the largest effort, or `otherwise` for a NaN or an infinity.
 static inline int32_t common_joint_effort(double effort, double effort_max, int32_t otherwise)
 {
     return isnan(effort) ? otherwise : tribo_q31_of_n(effort, effort_max);

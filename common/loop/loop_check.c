@@ -22,7 +22,7 @@ typedef struct
 static void find_missing(void *context, const char *path, const common_key_t *key)
 {
     const required_t *required = context;
-    // That an element of a list has all its keys was checked where it was read.
+    // The reader has already checked that an element of a list has all its keys.
     if (key->is_required && required->missing[0] == '\0' && strchr(path, '[') == NULL &&
         !common_scenario_has(required->scenario, path))
     {
@@ -42,12 +42,12 @@ bool common_check_present(const common_scenario_t *scenario, common_error_t *err
     }
     if (reference->kind == COMMON_REFERENCE_CSV && reference->file[0] == '\0')
     {
-        return common_check_complain(scenario, "reference.file", "is missing, reference.kind is csv", error);
+        return common_check_complain(scenario, "reference.file", "is missing; reference.kind csv needs it", error);
     }
     return true;
 }
 
-/// "WHOSE.friction." and the rest, as a key.
+/// Writes the key "WHOSE.friction.REST".
 static const char *friction_key(char key[COMMON_KEY_MAX], const char *whose, const char *rest)
 {
     (void)snprintf(key, COMMON_KEY_MAX, "%s.friction.%s", whose, rest);
@@ -71,11 +71,11 @@ bool common_check_friction(const common_scenario_t        *scenario,
     for (size_t i = 0; friction->breakaway.table_count > 0 && i < sizeof law / sizeof law[0]; i++)
     {
         (void)snprintf(key, sizeof key, "%s.friction.breakaway.%s", whose, law[i]);
-        // A table of --set goes over a file's law.
+        // A table given by --set replaces the law in a file.
         if (common_scenario_has(scenario, key) &&
             (common_scenario_is_set(scenario, key) || !common_scenario_is_set(scenario, table)))
         {
-            return common_check_complain(scenario, key, "does not go with a table, which is in its place", error);
+            return common_check_complain(scenario, key, "is not allowed with a table, which replaces it", error);
         }
     }
     for (unsigned i = 1; i < friction->breakaway.table_count; i++)
@@ -99,14 +99,14 @@ static bool check_pi(const common_scenario_t *scenario, common_error_t *error)
         {
             if (common_scenario_has(scenario, gains[i]))
             {
-                return common_check_complain(scenario, gains[i], "goes with controller.kind pi alone", error);
+                return common_check_complain(scenario, gains[i], "is allowed only with controller.kind pi", error);
             }
         }
         return true;
     }
     if (!common_scenario_has(scenario, gains[0]))
     {
-        return common_check_complain(scenario, gains[0], "is missing, controller.kind is pi", error);
+        return common_check_complain(scenario, gains[0], "is missing; controller.kind pi needs it", error);
     }
     return keys->controller.ki_per_s * keys->sample_time_s <= 2.0 * keys->controller.kp ||
            common_check_complain(scenario, gains[1], "times sample_time_s must be at most 2 controller.kp", error);
@@ -122,14 +122,14 @@ static bool check_controller(const common_scenario_t *scenario, common_error_t *
     {
         return common_check_complain(scenario,
                                      "controller.sections",
-                                     "go with controller.kind z or delta alone",
+                                     "are allowed only with controller.kind z or delta",
                                      error);
     }
     if (own && config->controller.section_count == 0)
     {
         return common_check_complain(scenario,
                                      "controller.sections",
-                                     "is missing, controller.kind is z or delta",
+                                     "is missing; controller.kind z or delta needs it",
                                      error);
     }
     if (!check_pi(scenario, error))
@@ -150,7 +150,7 @@ bool common_check_compensator(const common_scenario_t *scenario, common_error_t 
     {
         return common_check_complain(scenario,
                                      "compensator.sensor",
-                                     "none goes with compensator.method feedforward alone",
+                                     "none is allowed only with compensator.method feedforward",
                                      error);
     }
     return common_check_friction(scenario, &common_scenario_loop(scenario)->compensator.friction, "compensator", error);
@@ -160,10 +160,13 @@ bool common_check_has_loop(const common_scenario_t *scenario, common_error_t *er
 {
     const common_loop_keys_t *config = common_scenario_loop(scenario);
     return config->controller.kind != COMMON_CONTROLLER_NONE ||
-           common_check_complain(scenario, "controller.kind", "none is open loop, without a loop for a drive", error);
+           common_check_complain(scenario,
+                                 "controller.kind",
+                                 "none is an open loop, but a drive needs a closed one",
+                                 error);
 }
 
-/// The key of what is refused: in a list, its section, or the number of the breakaway table's row.
+/// Writes the key that the library refuses; in a list, that of the section or of the number in the breakaway table.
 static void name_refused(const common_loop_keys_t *keys, tribo_status_t status, char key[COMMON_KEY_MAX])
 {
 #define NUMBER_KEY(symbol, member, key, unit, low, high, sentence) key,
@@ -178,7 +181,7 @@ static void name_refused(const common_loop_keys_t *keys, tribo_status_t status, 
                                                 .table        = table};
     config.loop.controller.refusal           = &refusal;
     config.loop.compensator.friction.refusal = &refusal;
-    (void)tribo_force_loop_q31_init(&params, &config); // what f32 refuses, too
+    (void)tribo_force_loop_q31_init(&params, &config); // refuses everything that f32 refuses
     switch (status)
     {
     case TRIBO_ERR_SECTION_COEFFICIENT:
@@ -201,7 +204,7 @@ static void name_refused(const common_loop_keys_t *keys, tribo_status_t status, 
     }
 }
 
-/// The number at a key's place, of either type; false if there is none.
+/// Reads the number at a key's place. Returns false if there is none.
 static bool number_at(const common_place_t *place, double *value)
 {
     common_optional_t optional;
@@ -246,12 +249,12 @@ bool common_check_status(const common_scenario_t *scenario, tribo_status_t statu
                        text);
         text = with_value;
     }
-    if (status == TRIBO_ERR_SECTION_UNSTABLE) // coefficients of one kind are often unstable as the other's
+    if (status == TRIBO_ERR_SECTION_UNSTABLE) // coefficients of one kind are often unstable when read as the other kind
     {
         const bool z = loop->controller.kind == COMMON_CONTROLLER_Z;
         (void)snprintf(of_kind,
                        sizeof of_kind,
-                       "%s; taken as controller.kind %s",
+                       "%s; read as controller.kind %s",
                        text,
                        z ? "z, in z^-1" : "delta, in z - 1");
         text = of_kind;

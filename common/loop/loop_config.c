@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-/// Sections in z^-1 go over to the delta operator in double, as TRIBO_BIQUAD_F32 does it.
+/// Converts a section in z^-1 to the delta operator in double precision, with the formulas of TRIBO_BIQUAD_F32.
 static tribo_biquad_f32_section_t convert_section(const common_section_t *section, common_controller_kind_t kind)
 {
     common_section_t delta = *section;
@@ -34,7 +34,8 @@ static void fill_controller(common_loop_config_t *loop, const common_loop_keys_t
     controller->u_max_n                       = (float)keys->limits.u_max_n;
     if (keys->controller.kind == COMMON_CONTROLLER_PAPER || keys->controller.kind == COMMON_CONTROLLER_NONE)
     {
-        // None: one section, which is never stepped, and is no paper's controller that would hold for 1 ms alone.
+        // For kind none, one section stands in. It is never stepped, and is not the paper's controller, which is refused
+        // unless h is 1 ms.
         memcpy(loop->sections, paper, sizeof paper);
         controller->section_count =
             keys->controller.kind == COMMON_CONTROLLER_PAPER ? TRIBO_PAPER_CONTROLLER_SECTION_COUNT : 1;
@@ -82,7 +83,7 @@ void common_loop_config_fill(common_loop_config_t *loop, const common_loop_keys_
     parts->config.usual_force_n = (float)compensator->usual_force_n;
     parts->feeds_forward        = compensator->method == COMMON_METHOD_FEEDFORWARD;
     parts->is_sensorless        = parts->feeds_forward && compensator->sensor == COMMON_SENSOR_NONE;
-    parts->guarded              = compensator->guard.on != 0 && !parts->is_sensorless; // it judges y
+    parts->guarded              = compensator->guard.on != 0 && !parts->is_sensorless; // a guard judges y
     fill_controller(loop, keys);
     common_friction_config_fill(&parts->config.compensator.friction, loop->table, &compensator->friction);
     common_arm_config_fill(&parts->config.compensator.arm, &compensator->arm);

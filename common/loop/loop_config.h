@@ -1,4 +1,4 @@
-/// A loop's values as the library's configuration, in single precision.
+/// Converts a loop's values to the library's configuration, in single precision.
 
 #ifndef COMMON_LOOP_CONFIG_H
 #define COMMON_LOOP_CONFIG_H
@@ -6,7 +6,7 @@
 #include "loop/loop_keys.h"
 #include "tribo_loop_parts.h"
 
-/// The parts and the arrays that their config points to: not to be moved, and to outlive the params made of it.
+/// The parts, and the arrays to which their config points. They must not move, and must outlive the params made from them.
 typedef struct
 {
     tribo_loop_parts_t          parts;
@@ -16,7 +16,7 @@ typedef struct
 
 void common_loop_config_fill(common_loop_config_t *loop, const common_loop_keys_t *keys);
 
-/// The status that the library's set-up returns for it.
+/// Returns the status of the library's set-up for this loop.
 tribo_status_t common_loop_config_status(const common_loop_config_t *loop);
 
 #endif

@@ -1,13 +1,12 @@
-// A new parameter of the library is a row of tribo/parameters.h alone. Another key is a row here and a field of the struct that the row
-// is about (loop_keys.h); what uses it reads the field.
-// `tribo-sim list --markdown` then shows its row.
+// A new parameter of the library needs only a row in tribo/parameters.h. Another key needs a row here and a field in its struct
+// (loop_keys.h), which the code that uses it reads. `tribo-sim list --markdown` then shows its row.
 
 #include "loop/loop_keys.h"
 
 #include "keys/rows.h"
 
 // clang-format off: one row a key
-// The negative direction is as the positive one unless it has its own values.
+// The negative direction has the values of the positive one unless it has its own.
 #define AT_BREAKAWAY_OFFSET          offset_n
 #define AT_BREAKAWAY_SLOPE           slope
 #define AT_BREAKAWAY_NEGATIVE_OFFSET negative_offset_n
@@ -25,7 +24,7 @@ static const common_key_t breakaway_keys[] = {
     TRIBO_BREAKAWAY_PARAMETERS(BREAKAWAY)
 #undef T
     LIST("table", common_breakaway_config_t, table, table_count, COMMON_BREAKAWAY_POINTS_MAX, point_keys,
-         "1 to 32 points in place of offset and slope: linear between them, clamped at both ends"),
+         "1 to 32 points that replace offset and slope: linear between them, constant outside"),
     END};
 
 const common_key_t common_friction_keys[] = {
@@ -48,16 +47,16 @@ static const char *const reference_kinds[] = {
 const common_key_t common_reference_keys[] = {
     {.name = "kind", .type = COMMON_KEY_CHOICE, .is_required = true, AT(common_reference_config_t, kind), .unit = "-", .words = reference_kinds,
      .text = "the reference's shape, see above; required"},
-    NUMBER("low_N",    AT(common_reference_config_t, low_n),    RANGE("N", -1e6, 1e6, 0.4),      "lower end"),
-    NUMBER("high_N",   AT(common_reference_config_t, high_n),   RANGE("N", -1e6, 1e6, 0.6),      "upper end"),
-    NUMBER("start_s",  AT(common_reference_config_t, start_s),  RANGE("s", 0.0, 86400.0, 0.0),   "when it begins to move"),
-    NUMBER("period_s", AT(common_reference_config_t, period_s), RANGE("s", 1e-3, 86400.0, 20.0), "triangle, sine, sawtooth"),
-    NUMBER("ramp_s",   AT(common_reference_config_t, ramp_s),   RANGE("s", 1e-3, 86400.0, 10.0), "ramp: how long from low to high"),
+    NUMBER("low_N",    AT(common_reference_config_t, low_n),    RANGE("N", -1e6, 1e6, 0.4),      "lowest value"),
+    NUMBER("high_N",   AT(common_reference_config_t, high_n),   RANGE("N", -1e6, 1e6, 0.6),      "highest value"),
+    NUMBER("start_s",  AT(common_reference_config_t, start_s),  RANGE("s", 0.0, 86400.0, 0.0),   "time at which the reference begins to move"),
+    NUMBER("period_s", AT(common_reference_config_t, period_s), RANGE("s", 1e-3, 86400.0, 20.0), "triangle, sine, sawtooth: period"),
+    NUMBER("ramp_s",   AT(common_reference_config_t, ramp_s),   RANGE("s", 1e-3, 86400.0, 10.0), "ramp: time from low to high"),
     NUMBER("from_Hz",  AT(common_reference_config_t, from_hz),  RANGE("Hz", 0.0, 1e6, 0.05),     "chirp: first frequency"),
     NUMBER("to_Hz",    AT(common_reference_config_t, to_hz),    RANGE("Hz", 0.0, 1e6, 1.0),      "chirp: last frequency"),
-    NUMBER("sweep_s",  AT(common_reference_config_t, sweep_s),  RANGE("s", 1e-3, 86400.0, 60.0), "chirp: how long from the one to the other"),
+    NUMBER("sweep_s",  AT(common_reference_config_t, sweep_s),  RANGE("s", 1e-3, 86400.0, 60.0), "chirp: time from the first to the last frequency"),
     TEXT("file",       AT(common_reference_config_t, file),     COMMON_PATH_MAX,
-         "csv: columns `t_s` (rising) and `r_N`; from the scenario file's folder, or from the current one if given by `--set`"),
+         "csv: file with columns `t_s` (rising) and `r_N`; its path starts at the scenario file's folder, or at the current one if given by `--set`"),
     END};
 
 static const common_key_t section_keys[] = {
@@ -96,7 +95,7 @@ static const common_key_t sensorless_keys[] = {
 static const char *const no_yes[] = {"no", "yes", NULL};
 
 static const common_key_t guard_keys[] = {
-    CHOICE("on",            AT(common_guard_config_t, on),           no_yes, 1.0, "whether what friction compensation adds is faded out, and stays so, once it makes the loop hunt or overshoot"),
+    CHOICE("on",            AT(common_guard_config_t, on),           no_yes, 1.0, "whether friction compensation that makes the loop hunt or overshoot is faded out until it is restored"),
 #define T common_guard_config_t
     TRIBO_GUARD_PARAMETERS(PARAMETER)
 #undef T
@@ -104,7 +103,7 @@ static const common_key_t guard_keys[] = {
 
 const common_key_t common_compensator_keys[] = {
     CHOICE("method",  AT(common_compensator_config_t, method),   methods, (double)COMMON_METHOD_FEEDFORWARD, "how friction is compensated: `feedforward`, fed forward from r and learned; `paper`, fed back from an estimate that follows u; `off`"),
-    CHOICE("sensor",  AT(common_compensator_config_t, sensor),   sensors, 0.0, "what `feedforward` has of F: `force`, a sensor; `none`: no feedback and nothing learned, u from r and the believed breakaway alone"),
+    CHOICE("sensor",  AT(common_compensator_config_t, sensor),   sensors, 0.0, "how `feedforward` gets F: `force`, from a sensor; `none`, not at all: without feedback or learning, u follows from r and the configured breakaway"),
 #define T common_compensator_config_t
     TRIBO_GAIN_PARAMETERS(PARAMETER)
 #undef T
@@ -134,7 +133,7 @@ const common_key_t common_loop_keys[] = {
     SKIPPED("plant"),
     SKIPPED("sensor"),
     GROUP("controller",  AT(common_loop_keys_t, controller),  common_controller_keys, "Controller"),
-    GROUP("compensator", AT(common_loop_keys_t, compensator), common_compensator_keys, "Compensator: what the loop believes"),
+    GROUP("compensator", AT(common_loop_keys_t, compensator), common_compensator_keys, "Compensator: what the loop assumes"),
     GROUP("limits",      AT(common_loop_keys_t, limits),      common_limits_keys, "Limits"),
     SKIPPED("metrics"),
     END};
@@ -149,7 +148,7 @@ const char *common_loop_key_of(tribo_status_t status)
 #undef REFUSAL
     switch (status)
     {
-    case TRIBO_ERR_SECTION_COUNT: // of a list, the number of its elements is no key
+    case TRIBO_ERR_SECTION_COUNT: // the number of a list's elements is not a key
         return "controller.sections";
     case TRIBO_ERR_TABLE_LENGTH:
         return "compensator.friction.breakaway.table";

@@ -1,5 +1,6 @@
-/// The loop as a file has it, in physical units: reference, controller, compensator and limits, which the simulator and a drive both
-/// read. Keys, units, ranges and defaults of what the library has: tribo/parameters.h; of the rest: loop_keys.c.
+/// The loop of a file, in physical units: reference, controller, compensator and limits, which the simulator and a drive
+/// both read. tribo/parameters.h has the keys, units, ranges and defaults of the library's parameters; loop_keys.c has the
+/// others.
 
 #ifndef COMMON_LOOP_KEYS_H
 #define COMMON_LOOP_KEYS_H
@@ -7,10 +8,10 @@
 #include "keys/key.h"
 #include "tribo/status.h"
 
-/// A parameter of the library, of whichever list.
+/// A member for a parameter of any list of the library.
 #define COMMON_MEMBER(group, symbol, member, ...) double member;
 
-#define COMMON_PATH_MAX     4096 ///< bytes
+#define COMMON_PATH_MAX     4096 ///< bytes of a path
 #define COMMON_SECTIONS_MAX 4
 
 #define COMMON_BREAKAWAY_POINTS_MAX 32
@@ -23,7 +24,7 @@ typedef struct
     double negative_n; ///< L-
 } common_breakaway_point_t;
 
-/// L(F) = offset + slope |F|, or a table. The negative direction is as the positive one unless it has its own values.
+/// L(F) = offset + slope |F|, or a table. The negative direction has the values of the positive one unless it has its own.
 typedef struct
 {
     double                   offset_n;
@@ -34,14 +35,14 @@ typedef struct
     unsigned                 table_count; ///< 0: the affine law
 } common_breakaway_config_t;
 
-/// Eqs. (3) to (6), (8), (9).
+/// Parameters of Eqs. (3) to (6), (8) and (9).
 typedef struct
 {
     TRIBO_FRICTION_PARAMETERS(COMMON_MEMBER)
     common_breakaway_config_t breakaway;
 } common_friction_config_t;
 
-/// Eq. (2), in degrees as in the paper.
+/// Parameters of Eq. (2), in degrees as in the paper.
 typedef struct
 {
     TRIBO_ARM_PARAMETERS(COMMON_MEMBER)
@@ -101,7 +102,7 @@ typedef enum
 #undef COMMON_METHOD_SYMBOL
 } common_method_t;
 
-/// What the method `feedforward` has of the end-point force.
+/// The source of the end-point force for the method `feedforward`.
 typedef enum
 {
     COMMON_SENSOR_FORCE,
@@ -152,17 +153,17 @@ typedef struct
     common_limits_config_t      limits;
 } common_loop_keys_t;
 
-extern const common_key_t common_friction_keys[];    ///< of common_friction_config_t, a loop's or a plant's
-extern const common_key_t common_arm_keys[];         ///< of common_arm_config_t, likewise
-extern const common_key_t common_reference_keys[];   ///< of common_reference_config_t
-extern const common_key_t common_controller_keys[];  ///< of common_controller_config_t
-extern const common_key_t common_compensator_keys[]; ///< of common_compensator_config_t
-extern const common_key_t common_limits_keys[];      ///< of common_limits_config_t
+extern const common_key_t common_friction_keys[];    ///< keys of common_friction_config_t, for a loop or a plant
+extern const common_key_t common_arm_keys[];         ///< keys of common_arm_config_t, for a loop or a plant
+extern const common_key_t common_reference_keys[];   ///< keys of common_reference_config_t
+extern const common_key_t common_controller_keys[];  ///< keys of common_controller_config_t
+extern const common_key_t common_compensator_keys[]; ///< keys of common_compensator_config_t
+extern const common_key_t common_limits_keys[];      ///< keys of common_limits_config_t
 
-/// The loop of a scenario alone, for a program without a plant: of common_loop_keys_t. Keys of the simulator are skipped.
+/// Keys of common_loop_keys_t, the loop of a scenario, for a program without a plant. It skips the keys of the simulator.
 extern const common_key_t common_loop_keys[];
 
-/// The negative direction's own offset and slope, or the positive one's.
+/// Returns the negative direction's own offset or slope, or that of the positive direction.
 static inline double common_breakaway_negative_offset(const common_breakaway_config_t *config)
 {
     return config->negative_offset_n.is_given ? config->negative_offset_n.value : config->offset_n;
@@ -173,7 +174,7 @@ static inline double common_breakaway_negative_slope(const common_breakaway_conf
     return config->negative_slope.is_given ? config->negative_slope.value : config->slope;
 }
 
-/// The path of the key that a refusal of the library is about, "" if it is about none.
+/// Returns the path of the key that a refusal of the library is about, "" if it is about none.
 const char *common_loop_key_of(tribo_status_t status);
 
 #endif

@@ -1,5 +1,6 @@
-/// A force axis that may move in memory, for languages and file formats that copy bytes; in Q31 if TRIBO_ARITHMETIC_Q31 is defined. An axis
-/// points to itself, to params and to functions, so each call begins with movable_axis_here, which sets these pointers anew.
+/// A force axis that may move in memory, for languages and file formats that copy bytes; in Q31 if TRIBO_ARITHMETIC_Q31 is
+/// defined. An axis points to itself, to params and to functions, so each call begins with movable_axis_here, which sets
+/// these pointers anew.
 
 #ifndef MOVABLE_AXIS_H
 #define MOVABLE_AXIS_H
@@ -16,12 +17,13 @@ typedef float movable_force_t;
 
 typedef MOVABLE(axis, params_t) movable_params_t;
 
-/// The params of the last tick must stay until those of a change have run, so there are two: the axis' own, and `next`.
+/// An axis with two sets of params, its own and `next`, because the params of the last tick must stay until those of a
+/// change have run.
 typedef struct
 {
     MOVABLE(axis, t) axis;
     movable_params_t next;
-    uint8_t          has_next, had_next; ///< 1: `next` is in use, and was in the last tick
+    uint8_t          has_next, had_next; ///< 1: `next` is in use, or was in the last tick
 } movable_axis_t;
 
 static inline movable_params_t *movable_axis_params(movable_axis_t *own, uint8_t is_next)
@@ -37,7 +39,7 @@ static inline void movable_axis_point(movable_params_t *params)
     params->loop.guard                   = &params->guard;
 }
 
-/// The axis, at the address that it has now.
+/// Returns the axis at its present address.
 static inline MOVABLE(axis, t) * movable_axis_here(movable_axis_t *own)
 {
     MOVABLE(axis, t) *const axis = &own->axis;
@@ -51,7 +53,7 @@ static inline MOVABLE(axis, t) * movable_axis_here(movable_axis_t *own)
     return axis;
 }
 
-/// tribo_axis_f32_init, which has no full scale, or tribo_axis_q31_init. Before it nothing else may be called.
+/// Does what tribo_axis_f32_init, which has no full scale, or tribo_axis_q31_init does. Call it before any other function.
 static inline tribo_status_t movable_axis_init(movable_axis_t                *own,
                                                const tribo_axis_f32_config_t *config,
                                                float                          full_scale_n)
@@ -71,7 +73,7 @@ static inline tribo_status_t movable_axis_init(movable_axis_t                *ow
     return status;
 }
 
-/// See tribo_axis_f32_prepare and _change; the full scale stays.
+/// Does what tribo_axis_f32_prepare and tribo_axis_f32_change do. The full scale stays.
 static inline tribo_status_t movable_axis_change(movable_axis_t *own, const tribo_axis_f32_config_t *config)
 {
     movable_params_t made;
@@ -92,7 +94,7 @@ static inline tribo_status_t movable_axis_change(movable_axis_t *own, const trib
     return status;
 }
 
-/// After a tick, or half of one: the params in use have run.
+/// Records that the params in use have run. Call it after a tick, or after half of one.
 static inline void movable_axis_ran(movable_axis_t *own)
 {
     own->had_next = own->has_next;

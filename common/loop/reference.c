@@ -13,13 +13,13 @@
 
 static const common_csv_column_t columns[] = {{.name = "t_s"}, {.name = "r_N", .max = 1e6}};
 
-/// A device or a pipe might have no end.
+/// Refuses a device or a pipe, which might have no end.
 static bool check_file(const common_scenario_t *scenario, const char *path, common_error_t *error)
 {
     struct stat info;
     const char *why = (access(path, R_OK) != 0 || stat(path, &info) != 0) ? strerror(errno)
                       : S_ISREG(info.st_mode)                             ? NULL
-                                                                          : "it is no regular file";
+                                                                          : "it is not a regular file";
     return why == NULL || common_error_set(error,
                                            "%s: reference.file: %s: cannot be opened: %s",
                                            common_scenario_source(scenario, "reference.file"),
@@ -51,7 +51,7 @@ void common_reference_free(common_reference_t *reference)
     common_csv_free(&reference->csv);
 }
 
-/// 0 to 1 over a period, again and again; 0 before the start.
+/// Returns the part of the present period that has passed, 0 to 1; 0 before the start.
 static double phase(double since_s, double period_s)
 {
     return (since_s > 0.0) ? fmod(since_s, period_s) / period_s : 0.0;
@@ -63,7 +63,7 @@ static double sine(const common_reference_config_t *config, double turns)
     return middle + 0.5 * (config->high_n - config->low_n) * common_sin(TWO_PI * turns);
 }
 
-/// Turns of a chirp: the frequency's integral.
+/// Returns the turns of a chirp, the integral of its frequency.
 static double chirp_turns(const common_reference_config_t *config, double since_s)
 {
     const double swept = fmin(fmax(since_s, 0.0), config->sweep_s);

@@ -12,9 +12,9 @@
 struct common_scenario
 {
     const common_key_t *keys;
-    void               *values; ///< begin with a common_loop_keys_t
+    void               *values; ///< a struct that begins with a common_loop_keys_t
     common_sources_t    sources;
-    char               *path; ///< of the file; null if there is none
+    char               *path; ///< path of the file; null if there is none
 };
 
 common_scenario_t *common_scenario_create_of(const common_key_t *keys, size_t size)
@@ -59,7 +59,7 @@ const common_loop_keys_t *common_scenario_loop(const common_scenario_t *scenario
     return scenario->values;
 }
 
-/// Takes the keys of the group `prefix` from text, all keys if it is "".
+/// Takes the keys of the group `prefix` from text; all keys if `prefix` is "".
 static bool load_text(common_scenario_t *scenario,
                       const char        *text,
                       const char        *name,
@@ -105,7 +105,7 @@ bool common_scenario_load_text(common_scenario_t *scenario, const char *text, co
 
 // --- set -----------------------------------------------------------------------------------------------------------
 
-/// Reads "last part of the key: value" as a mapping in which only that key may be. `name` is the option, for messages.
+/// Reads "last part of the key: value" as a mapping that may contain only that key. `name` is the option, for messages.
 static bool set_one(common_scenario_t    *scenario,
                     const common_place_t *place,
                     const char           *key,
@@ -135,7 +135,7 @@ static bool set_one(common_scenario_t    *scenario,
     return ok;
 }
 
-/// The assignment "key=value", of which `name` is how messages show it.
+/// Carries out the assignment "key=value", which messages show as `name`.
 static bool set(common_scenario_t *scenario, const char *assignment, const char *name, common_error_t *error)
 {
     const size_t length = strcspn(assignment, "=");
@@ -171,7 +171,7 @@ static bool set(common_scenario_t *scenario, const char *assignment, const char 
 
 bool common_scenario_set(common_scenario_t *scenario, const char *assignment, common_error_t *error)
 {
-    // Of a value that is longer than any message the start tells enough.
+    // The start is enough of a value that is longer than any message.
     const int shown = 1000;
     char *name = common_text_format("--set %.*s%s", shown, assignment, strlen(assignment) > (size_t)shown ? "..." : "");
     const bool ok = name != NULL ? set(scenario, assignment, name, error) : common_error_set(error, "out of memory");
@@ -179,7 +179,7 @@ bool common_scenario_set(common_scenario_t *scenario, const char *assignment, co
     return ok;
 }
 
-// --- what was written where ----------------------------------------------------------------------------------------
+// --- sources of the keys -------------------------------------------------------------------------------------------
 
 const char *common_scenario_source(const common_scenario_t *scenario, const char *key)
 {

@@ -1,4 +1,4 @@
-/// Parameters of feed-forward and guard for a rig.
+/// Computes the parameters of feed-forward and guard for a rig.
 
 #ifndef COMMON_TUNED_H
 #define COMMON_TUNED_H
@@ -17,14 +17,14 @@ typedef struct
     float                       sample_time_s;
 } common_rig_t;
 
-/// With the derived parameters in numbers.
+/// The parameters; those that the library would derive are given as numbers.
 typedef struct
 {
     tribo_feedforward_f32_config_t feedforward;
     tribo_guard_f32_config_t       guard;
 } common_tuned_t;
 
-/// Returns TRIBO_OK, or what the library refuses the rig for: then `tuned` is not written.
+/// Returns TRIBO_OK, or the status with which the library refuses the rig; `tuned` is not written then.
 tribo_status_t common_tune(common_tuned_t *tuned, const common_rig_t *rig);
 
 #endif

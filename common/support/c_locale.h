@@ -1,7 +1,7 @@
-/// Numbers, letters and messages as in C, for the calling thread and no other, whatever locale the program around has set.
+/// Sets the locale of the calling thread, and of no other, to C, whatever the surrounding program has set.
 ///
-/// A program of this project never calls setlocale. The library, the Python package and the FMUs run inside programs that do: with a
-/// decimal comma strtod ends at the point of "0.001", and printf writes one.
+/// A program of this project never calls setlocale. The library, the Python package and the FMUs run inside programs that
+/// do. In a locale with a decimal comma, strtod would end at the point of "0.001", and printf would write a comma.
 
 #ifndef COMMON_C_LOCALE_H
 #define COMMON_C_LOCALE_H
@@ -24,7 +24,7 @@ static inline common_c_locale_t common_c_locale_begin(void)
     return scope;
 }
 
-/// errno stays as it is.
+/// Restores the locale. errno stays as it is.
 static inline void common_c_locale_end(common_c_locale_t scope)
 {
     (void)uselocale(scope.before);

@@ -1,4 +1,4 @@
-/// Monotonic time.
+/// Reads the monotonic clock.
 
 #ifndef COMMON_CLOCK_H
 #define COMMON_CLOCK_H

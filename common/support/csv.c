@@ -12,8 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define NUMBER_MAX     64u ///< characters
-#define LEFT_OUT       20u ///< of a log's rows, one of so many may be left out
+#define NUMBER_MAX     64u ///< characters of a number
+#define LEFT_OUT       20u ///< one in so many rows of a log may be broken and left out
 #define NAME_MAX_SHOWN 64u
 #define NAMES_SHOWN    400u
 
@@ -22,18 +22,18 @@ typedef struct
 {
     const char                *name;
     const common_csv_column_t *columns;
-    size_t                     count; ///< of columns
+    size_t                     count; ///< number of columns
     common_error_t            *error;
     bool                       is_log;
     char                       separator;
     const char                *next; ///< the next byte to read
     const char                *line_start;
     size_t                     line;
-    const char                *names; ///< where those of the header begin
+    const char                *names; ///< where the header's names begin
 
-    size_t fields;                        ///< of the header
-    size_t row_fields;                    ///< of a row; 0: none has been read
-    size_t place[COMMON_CSV_COLUMNS_MAX]; ///< by column: its field, from 1; 0: none
+    size_t fields;                        ///< fields of the header
+    size_t row_fields;                    ///< fields of a row; 0: no row has been read
+    size_t place[COMMON_CSV_COLUMNS_MAX]; ///< for each column its field, from 1; 0: none
 } reader_t;
 
 static bool complain(const reader_t *reader, size_t position, const char *what)
@@ -62,14 +62,14 @@ static bool take_field(reader_t *reader, common_csv_field_t *field)
     return what == NULL || complain(reader, position_of(reader, reader->next), what);
 }
 
-/// True if a header's field is the column `name`, by name or, in a log, by number.
+/// Returns true if a header's field is the column `name`, by name or, in a log, by number.
 static bool is_column(const reader_t *reader, const char *name, const common_csv_field_t *field)
 {
     return common_csv_field_is(field, name) ||
            (reader->is_log && name[0] == '#' && strtoul(name + 1, NULL, 10) == reader->fields);
 }
 
-/// A field's text without quotes, in small letters or as it is.
+/// Copies a field's text without quotes, in small letters if `small`.
 static void copy_name(const common_csv_field_t *field, bool small, char word[NAME_MAX_SHOWN])
 {
     const size_t length = field->length < NAME_MAX_SHOWN ? field->length : NAME_MAX_SHOWN - 1;
@@ -81,17 +81,18 @@ static void copy_name(const common_csv_field_t *field, bool small, char word[NAM
     word[length] = '\0';
 }
 
-/// How far a name is from what was asked for, whatever the case. What only goes on behind it, as by a unit, is near.
-static size_t distance(const char *asked, const common_csv_field_t *field)
+/// Returns the distance of a field's name from the requested one, regardless of case. A name that only adds to the other, e.g. a
+/// unit, is near.
+static size_t distance(const char *requested, const common_csv_field_t *field)
 {
     char small[NAME_MAX_SHOWN], word[NAME_MAX_SHOWN];
-    copy_name(&(common_csv_field_t){.text = asked, .length = strlen(asked)}, true, small);
+    copy_name(&(common_csv_field_t){.text = requested, .length = strlen(requested)}, true, small);
     copy_name(field, true, word);
     const size_t shorter = strlen(word) < strlen(small) ? strlen(word) : strlen(small);
     return shorter > 0 && strncmp(small, word, shorter) == 0 ? 1 : common_text_distance(small, word);
 }
 
-/// True if a column has its place there.
+/// Returns true if a column has been found in this field.
 static bool is_taken(const reader_t *reader, size_t number)
 {
     for (size_t i = 0; i < reader->count; i++)
@@ -104,14 +105,14 @@ static bool is_taken(const reader_t *reader, size_t number)
     return false;
 }
 
-/// Says what a missing column may be called, and what there is.
+/// Reports a missing column, with the nearest name and all names of the file.
 static bool complain_of_missing(const reader_t *reader, const char *name)
 {
     char               names[NAMES_SHOWN] = "", nearest[NAME_MAX_SHOWN] = "";
     size_t             used = 0, best = common_text_too_far(name);
     common_csv_field_t field = {.is_last = false};
     const char        *next  = reader->names;
-    best                     = best < strlen(name) ? best : strlen(name); // none may differ in each letter
+    best = best < strlen(name) ? best : strlen(name); // a name that differs in each letter is not meant
     for (size_t number = 1; !field.is_last && common_csv_take_field(&next, reader->separator, &field) == NULL; number++)
     {
         char word[NAME_MAX_SHOWN];
@@ -128,18 +129,18 @@ static bool complain_of_missing(const reader_t *reader, const char *name)
         }
     }
     return common_error_set(reader->error,
-                            "%s:%zu:1: no column is named %s%s%s%s; there %s %s",
+                            "%s:%zu:1: no column is named %s%s%s%s; %s %s",
                             reader->name,
                             reader->line,
                             name,
                             nearest[0] != '\0' ? ", did you mean " : "",
                             nearest,
                             nearest[0] != '\0' ? "?" : "",
-                            reader->fields == 1 ? "is one alone:" : "are",
+                            reader->fields == 1 ? "the only column is" : "there are",
                             names);
 }
 
-/// Keeps the unit of a field: what stands in the brackets at its end, or all of it.
+/// Keeps the unit of a field: the text in brackets at its end, or the whole field.
 static void take_unit(char unit[COMMON_CSV_UNIT_MAX], const common_csv_field_t *field, bool bracketed)
 {
     const char *begin = field->text, *end = field->text + field->length;
@@ -161,7 +162,7 @@ static void take_unit(char unit[COMMON_CSV_UNIT_MAX], const common_csv_field_t *
     }
 }
 
-/// Keeps the units of a line below the names.
+/// Keeps the units in a line below the names.
 static void take_units(common_csv_t *csv, const reader_t *reader, const char *line)
 {
     common_csv_field_t field = {.is_last = common_csv_line_ends(line)};
@@ -178,7 +179,7 @@ static void take_units(common_csv_t *csv, const reader_t *reader, const char *li
     }
 }
 
-/// Places the columns by the names of a line.
+/// Finds the columns by the names in a line.
 static bool read_header(common_csv_t *csv, reader_t *reader)
 {
     common_csv_field_t field = {.is_last = false};
@@ -195,7 +196,7 @@ static bool read_header(common_csv_t *csv, reader_t *reader)
             if (is_it && reader->place[i] != 0)
             {
                 return common_error_set(reader->error,
-                                        "%s:%zu:%zu: column %s is there twice",
+                                        "%s:%zu:%zu: column %s appears twice",
                                         reader->name,
                                         reader->line,
                                         position_of(reader, field.start),
@@ -214,19 +215,18 @@ static bool read_header(common_csv_t *csv, reader_t *reader)
         {
             return reader->is_log
                        ? complain_of_missing(reader, reader->columns[i].name)
-                       : common_error_set(reader->error,
-                                          "%s:1:1: no column is named %s%s",
-                                          reader->name,
-                                          reader->columns[i].name,
-                                          reader->fields == 1
-                                              ? "; columns are separated by commas here, and there is one alone"
-                                              : "");
+                       : common_error_set(
+                             reader->error,
+                             "%s:1:1: no column is named %s%s",
+                             reader->name,
+                             reader->columns[i].name,
+                             reader->fields == 1 ? "; columns must be separated by commas, and there is only one" : "");
         }
     }
     return true;
 }
 
-/// Room for as many rows as there are lines left.
+/// Allocates room for as many rows as there are lines left.
 static bool allocate(common_csv_t *csv, const reader_t *reader)
 {
     size_t rows = 1;
@@ -245,7 +245,7 @@ static bool allocate(common_csv_t *csv, const reader_t *reader)
     return ok || common_error_set(reader->error, "out of memory");
 }
 
-/// A field's text as the number's parser takes it: with a point in place of a comma that does not separate.
+/// Copies a field's text for the parser of numbers: a comma that is not the separator becomes a point.
 static void copy_number(const reader_t *reader, const common_csv_field_t *field, char text[NUMBER_MAX])
 {
     const size_t length = field->length < NUMBER_MAX ? field->length : NUMBER_MAX - 1;
@@ -258,7 +258,7 @@ static void copy_number(const reader_t *reader, const common_csv_field_t *field,
     }
 }
 
-/// Takes the number of a column.
+/// Parses the number of a column.
 static bool take_number(const reader_t           *reader,
                         const common_csv_field_t *field,
                         size_t                    column,
@@ -284,7 +284,7 @@ static bool take_number(const reader_t           *reader,
                                                  complaint);
 }
 
-/// The places of a number that has been read: all that are written, and those behind the point.
+/// Notes how many digits a number is written with, in all and behind the point.
 static void note_places(common_csv_t *csv, const char *text)
 {
     int  digits = 0, decimals = 0;
@@ -301,7 +301,7 @@ static void note_places(common_csv_t *csv, const char *text)
     csv->decimals = decimals > csv->decimals ? decimals : csv->decimals;
 }
 
-/// Takes a field's number for each column that uses it.
+/// Takes a field's number for each column that uses the field.
 static bool take_values(common_csv_t *csv, const reader_t *reader, const common_csv_field_t *field, size_t number)
 {
     char text[NUMBER_MAX] = "";
@@ -325,7 +325,8 @@ static bool take_values(common_csv_t *csv, const reader_t *reader, const common_
     return true;
 }
 
-/// Whether a row may have so many fields. A log's rows may all have one less than the header, as a column of comments is left out.
+/// Returns whether a row may have so many fields. All rows of a log may have one less than the header, if they omit a column of
+/// comments.
 static bool may_have(reader_t *reader, size_t fields)
 {
     size_t last = 0;
@@ -367,7 +368,7 @@ static bool read_row(common_csv_t *csv, reader_t *reader)
             return false;
         }
     }
-    fields -= fields > reader->fields ? 1 : 0; // an empty one at the end
+    fields -= fields > reader->fields ? 1 : 0; // an empty field at the end does not count
     if (!may_have(reader, fields))
     {
         return common_error_set(reader->error,
@@ -384,7 +385,7 @@ static bool read_row(common_csv_t *csv, reader_t *reader)
     return true;
 }
 
-/// Reads the rows of a file that must be right, which may end in empty lines.
+/// Reads the rows of a file in which every row must be right. It may end in empty lines.
 static bool read_rows(common_csv_t *csv, reader_t *reader)
 {
     while (reader->next[strspn(reader->next, " \t\r\n")] != '\0')
@@ -402,7 +403,7 @@ static bool read_rows(common_csv_t *csv, reader_t *reader)
     return csv->rows > 0 || complain(reader, 1, "no rows after the header");
 }
 
-/// True if none of the columns has a number in this line: then it is a line of units, or of words at the end.
+/// Returns true if none of the columns has a number in this line: it is a line of units then, or of words at the end.
 static bool is_words(const reader_t *reader, const char *line)
 {
     common_csv_field_t field = {.is_last = false};
@@ -410,7 +411,7 @@ static bool is_words(const reader_t *reader, const char *line)
     {
         if (common_csv_take_field(&line, reader->separator, &field) != NULL)
         {
-            return false; // of a quote that is broken
+            return false; // a quote is broken
         }
         for (size_t i = 0; i < reader->count; i++)
         {
@@ -423,7 +424,7 @@ static bool is_words(const reader_t *reader, const char *line)
     return true;
 }
 
-/// Refuses a log of which too much is broken; else notes what is.
+/// Refuses a log with too many broken rows; otherwise keeps the message about the first.
 static bool end_log(common_csv_t *csv, const reader_t *reader, const common_error_t *first)
 {
     const size_t rows = csv->rows + csv->left_out;
@@ -444,7 +445,7 @@ static bool end_log(common_csv_t *csv, const reader_t *reader, const common_erro
     return csv->left_out == 0 || csv->left_out_first != NULL || common_error_set(reader->error, "out of memory");
 }
 
-/// Reads a row. What is wrong with it goes to `why`, not to the reader's error.
+/// Reads a row. Its error goes to `why`, not to the reader's error.
 static bool try_row(common_csv_t *csv, reader_t *reader, common_error_t *why)
 {
     common_error_t *const error = reader->error;
@@ -455,7 +456,7 @@ static bool try_row(common_csv_t *csv, reader_t *reader, common_error_t *why)
     return is_good;
 }
 
-/// Reads the rows of a log. One that is broken is left out; lines of words above and below the rows do not count.
+/// Reads the rows of a log and leaves out those that are broken. Lines of words above and below the rows do not count.
 static bool read_log_rows(common_csv_t *csv, reader_t *reader)
 {
     common_error_t first = {""}, one;
@@ -481,13 +482,13 @@ static bool read_log_rows(common_csv_t *csv, reader_t *reader)
         csv->left_out += is_text ? 0u : 1u;
         if (!is_text || csv->rows > 0)
         {
-            (void)common_error_set(&first, "%s", one.text); // keeps the first
+            (void)common_error_set(&first, "%s", one.text); // keeps the first message
         }
     }
     return end_log(csv, reader, &first);
 }
 
-/// Places the columns of a log without a header by number.
+/// Finds the columns of a log without a header by their numbers.
 static bool count_fields(reader_t *reader)
 {
     const char        *next  = reader->next;
@@ -504,7 +505,7 @@ static bool count_fields(reader_t *reader)
         if (reader->place[i] == 0 && !spec->optional)
         {
             return common_error_set(reader->error,
-                                    "%s:%zu:1: no header, so that no column is %s: there are #1 to #%zu",
+                                    "%s:%zu:1: no header, so no column is named %s; there are #1 to #%zu",
                                     reader->name,
                                     reader->line,
                                     spec->name,
@@ -554,7 +555,7 @@ static bool read_all(common_csv_t *csv, reader_t *reader)
     return allocate(csv, reader) && read_rows(csv, reader);
 }
 
-/// Old Macs end a line with a carriage return alone.
+/// Replaces the carriage returns of a file without newlines: old Macs end lines so.
 static void replace_returns(char *text)
 {
     char *p = strchr(text, '\n') == NULL ? strchr(text, '\r') : NULL;
@@ -632,7 +633,7 @@ bool common_csv_check_rising(const common_csv_t *csv, const char *name, common_e
 
 double common_csv_rounding(const common_csv_t *csv, double number)
 {
-    const double first = floor(log10(fabs(number))); // place of the first digit; far down for 0
+    const double first = floor(log10(fabs(number))); // place of the first digit; minus infinity for 0
     return 0.5 * pow(10.0, fmax(-csv->decimals, first + 1.0 - csv->digits));
 }
 

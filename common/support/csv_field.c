@@ -13,7 +13,7 @@ const char *common_csv_next_line(const char *p)
     return *p == '\n' ? p + 1 : p;
 }
 
-/// A separating tab is not a blank.
+/// Returns whether c is a blank; a tab that separates is not.
 static bool is_blank(char c, char separator)
 {
     return c == ' ' || (c == '\t' && separator != '\t');
@@ -33,7 +33,7 @@ static bool separates(char c, char separator)
     return c == separator || (separator == ' ' && c == '\t');
 }
 
-/// The end of a quoted text: its last quote, or the line's end.
+/// Returns the end of a quoted text: its last quote, or the line's end.
 static const char *closing_quote(const char *p)
 {
     while (!common_csv_line_ends(p) && (*p != '"' || p[1] == '"'))
@@ -83,7 +83,7 @@ bool common_csv_field_is(const common_csv_field_t *field, const char *name)
     size_t i = 0;
     for (; i < field->length && *name != '\0'; i++, name++)
     {
-        i += field->is_quoted && field->text[i] == '"' ? 1u : 0u; // of a doubled quote the second
+        i += field->is_quoted && field->text[i] == '"' ? 1u : 0u; // skips the first of two quotes
         if (field->text[i] != *name)
         {
             return false;

@@ -5,11 +5,11 @@
 #include <string.h>
 #include <strings.h>
 
-#define PREAMBLE_MAX 1000u ///< lines
+#define PREAMBLE_MAX 1000u ///< most lines above the table
 
 static const char separators[] = ";\t, ";
 
-/// A line as one separator splits it.
+/// The fields that one separator makes of a line.
 typedef struct
 {
     size_t fields, numbers;
@@ -21,7 +21,7 @@ bool common_csv_line_is_comment(const char *line)
     return common_csv_line_ends(line) || line[0] == '#' || line[0] == '%' || (line[0] == '/' && line[1] == '/');
 }
 
-/// The names of a line, which may be a comment as well: NumPy's savetxt writes such headers.
+/// Returns where a line's names begin. The line may be a comment, because NumPy's savetxt writes such headers.
 static const char *names_of(const char *line)
 {
     return line + strspn(line, "#% ");
@@ -52,7 +52,7 @@ static bool has(const char *line, char separator, const char *name)
     return false;
 }
 
-/// True if a line has every column that is needed by name, and there is one.
+/// Returns true if at least one column is required by name and the line has all of these.
 static bool has_all(const char *line, char separator, const common_csv_column_t *columns, size_t count)
 {
     size_t named = 0;
@@ -68,21 +68,21 @@ static bool has_all(const char *line, char separator, const common_csv_column_t 
     return named > 0;
 }
 
-/// The separators that may be: the one that is said, or all.
-static const char *choices(const common_csv_head_t *head, char said[2])
+/// Returns the possible separators: the one that a line of `sep=` gives, or all.
+static const char *choices(const common_csv_head_t *head, char given[2])
 {
-    said[0] = head->separator;
-    said[1] = '\0';
-    return head->separator != '\0' ? said : separators;
+    given[0] = head->separator;
+    given[1] = '\0';
+    return head->separator != '\0' ? given : separators;
 }
 
 static bool find_names(common_csv_head_t *head, const char *text, const common_csv_column_t *columns, size_t count)
 {
-    char        said[2];
+    char        given[2];
     const char *line = text;
     for (size_t i = 0; i < PREAMBLE_MAX && *line != '\0'; i++, line = common_csv_next_line(line))
     {
-        for (const char *separator = choices(head, said); *separator != '\0'; separator++)
+        for (const char *separator = choices(head, given); *separator != '\0'; separator++)
         {
             if (has_all(line, *separator, columns, count))
             {
@@ -94,7 +94,7 @@ static bool find_names(common_csv_head_t *head, const char *text, const common_c
     return false;
 }
 
-/// The next line that is no comment.
+/// Returns the first line from here on that is not a comment.
 static const char *skip_comments(const char *line)
 {
     while (*line != '\0' && common_csv_line_is_comment(line))
@@ -104,7 +104,7 @@ static const char *skip_comments(const char *line)
     return line;
 }
 
-/// Most of a row is numbers, two at least, and the next line has as many fields.
+/// Returns true if at least half of the fields, and at least two, are numbers, and the next line has as many fields.
 static bool is_row(const char *line, char separator, line_t *row)
 {
     *row             = split(line, separator);
@@ -113,14 +113,14 @@ static bool is_row(const char *line, char separator, line_t *row)
            (*next == '\0' || split(next, separator).fields == row->fields);
 }
 
-/// The first row of numbers, split by the separator that makes the most of it numbers. Null: there is none.
+/// Finds the first row of numbers, and the separator that makes the most of its fields numbers. Null if there is none.
 static const char *first_row(common_csv_head_t *head, const char *text, line_t *row)
 {
-    char        said[2];
+    char        given[2];
     const char *line = skip_comments(text), *found = NULL;
     for (size_t i = 0; found == NULL && i < PREAMBLE_MAX && *line != '\0'; i++)
     {
-        const char *choice = choices(head, said);
+        const char *choice = choices(head, given);
         line_t      best   = {.fields = 0}, one;
         char        by     = '\0';
         for (; *choice != '\0'; choice++)
@@ -143,7 +143,8 @@ static const char *first_row(common_csv_head_t *head, const char *text, line_t *
     return found;
 }
 
-/// The line of names above the rows: the highest of those just above that have a field less or more at most, and no number.
+/// Returns the line of names above the rows: the highest of the lines directly above that have no number and at most one
+/// field more or less.
 static const char *names_above(const char *text, const char *rows, char separator, size_t fields)
 {
     const char *found = NULL;
@@ -157,7 +158,7 @@ static const char *names_above(const char *text, const char *rows, char separato
     return found;
 }
 
-/// The separator that splits a line of names the most.
+/// Returns the separator that splits a line of names into the most fields.
 static char separator_of(const char *line)
 {
     char   best = ' ';
@@ -178,10 +179,10 @@ void common_csv_find_head(common_csv_head_t *head, const char *text, const commo
 {
     line_t row;
     *head                  = (common_csv_head_t){'\0', NULL, text};
-    const char *const said = text + (text[0] == '"' ? 1 : 0);
-    if (strncasecmp(said, "sep=", 4) == 0 && said[4] != '\0')
+    const char *const hint = text + (text[0] == '"' ? 1 : 0);
+    if (strncasecmp(hint, "sep=", 4) == 0 && hint[4] != '\0')
     {
-        head->separator = said[4];
+        head->separator = hint[4];
         text            = common_csv_next_line(text);
     }
     if (find_names(head, text, columns, count))

@@ -1,19 +1,21 @@
-/// Where the files are that a program came with: scenarios, tools.
+/// Finds the files that come with a program: scenarios, tools.
 
 #ifndef COMMON_DATA_PATH_H
 #define COMMON_DATA_PATH_H
 
 #include <limits.h>
 
-/// The path of `name` among them, which need not exist. Found from where the program itself is, so that an installed tree may
-/// move: beside it in a tree that it was built in, else where the installation puts data.
+/// Writes the path of `name` among them, which need not exist. The path is found from the place of the program itself, so that an
+/// installed tree may move: next to the program in its build tree, otherwise where the installation puts data.
 void common_data_path(char path[PATH_MAX], const char *name);
 
-/// `path` if it exists, else `name` in the folder, if it is bare and there, with or without ".yaml". If neither exists `path` again
-/// (opening it gives the error). To be freed; null if there is no memory.
+/// Returns `path` if it exists; otherwise the file `name` in the folder, with or without ".yaml", if `name` has no folder of
+/// its own. If neither exists it returns `path`, which gives the error when it is opened. Free the result; null if there is
+/// no memory.
 char *common_data_named(const char *path, const char *folder, const char *name);
 
-/// Where scenarios with a bare name are: the folder TRIBO_SCENARIOS if set, else the one that the program came with.
+/// Returns the folder of scenarios that are given by name: TRIBO_SCENARIOS if set, otherwise the folder that comes with the
+/// program.
 const char *common_scenario_folder(void);
 
 #endif

@@ -5,13 +5,13 @@
 #include <stdint.h>
 #include <string.h>
 
-// A number twice as long: the sum of two, the second far below the first's last bit.
+// A number of twice the length: the sum of two numbers, the second far below the last bit of the first.
 typedef struct
 {
     double high, low;
 } long_t;
 
-/// a + b, exact (Knuth).
+/// Returns a + b exactly (Knuth).
 static inline long_t add(double a, double b)
 {
     const double sum  = a + b;
@@ -19,7 +19,7 @@ static inline long_t add(double a, double b)
     return (long_t){sum, (a - (sum - of_b)) + (b - of_b)};
 }
 
-/// a b, exact (Dekker): halves of 26 bits, whose products fit.
+/// Returns a b exactly (Dekker), from halves of 26 bits, whose products fit.
 static inline long_t multiply(double a, double b)
 {
     const double split = 134217729.0; // 2^27 + 1
@@ -30,7 +30,7 @@ static inline long_t multiply(double a, double b)
     return (long_t){product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low};
 }
 
-/// a / b for a long a and b.
+/// Returns a / b.
 static inline long_t divide(long_t a, long_t b)
 {
     const double inverse  = 1.0 / b.high;
@@ -40,7 +40,7 @@ static inline long_t divide(long_t a, long_t b)
     return add(quotient, rest * inverse);
 }
 
-/// c[0] + c[1] x + ... of a multiple of four terms, in short chains that a processor works at beside each other.
+/// Returns c[0] + c[1] x + ... for a multiple of four terms, in short chains that a processor computes in parallel.
 static inline double series(const double c[], int count, double x)
 {
     const double square = x * x, fourth = square * square;
@@ -56,28 +56,28 @@ static inline double series(const double c[], int count, double x)
 
 // --- exponential ---------------------------------------------------------------------------------------------------
 
-// ln(2): times a whole number of 20 bits its first part is exact.
+// ln(2) in two parts; the first is exact when multiplied by a whole number of 20 bits.
 #define LN2_FIRST   0x1.62e42feep-1
 #define LN2_SECOND  0x1.a39ef35793c76p-33
 #define LN2_INVERSE 0x1.71547652b82fep+0
 
-#define EXP_MAX 709.782712893384     ///< e^x is finite
-#define EXP_MIN (-745.1332191019412) ///< and not 0
+#define EXP_MAX 709.782712893384     ///< largest x for which e^x is finite
+#define EXP_MIN (-745.1332191019412) ///< smallest x for which e^x is not 0
 
-/// 2^power (1 + part) = e^x.
+/// e^x as 2^power (1 + part).
 typedef struct
 {
     int    power;
     long_t part;
 } exponential_t;
 
-/// The whole number nearest to x, |x| < 2^31.
+/// Returns the whole number nearest to x, |x| < 2^31.
 static inline int nearest(double x)
 {
     return (int)(x + (x < 0.0 ? -0.5 : 0.5));
 }
 
-/// 2^power for a normal number.
+/// Returns 2^power, which must be a normal number.
 static inline double power_of_2(int power)
 {
     const uint64_t bits = (uint64_t)(1023 + power) << 52;
@@ -86,13 +86,13 @@ static inline double power_of_2(int power)
     return value;
 }
 
-/// x 2^power, in two parts as the result may be subnormal.
+/// Returns x 2^power, in two factors because the result may be subnormal.
 static inline double scale(double x, int power)
 {
     return x * power_of_2(power / 2) * power_of_2(power - power / 2);
 }
 
-/// For EXP_MIN <= x <= EXP_MAX. Reduced to |r| <= ln(2)/2, then e^r - 1 = r + r^2/2 + r^3/3! + ... + r^14/14!.
+/// Returns e^x for EXP_MIN <= x <= EXP_MAX. It reduces x to |r| <= ln(2)/2, then e^r - 1 = r + r^2/2 + r^3/3! + ... + r^14/14!.
 static exponential_t exponential(long_t x)
 {
     static const double inverse[] = {1.0 / 6.0,
@@ -127,7 +127,7 @@ double common_exp(double x)
     return scale(sum.high + (sum.low + e.part.low), e.power);
 }
 
-/// e^x - 1 as a long number, for |x| <= 41.
+/// Returns e^x - 1 as a long number, for |x| <= 41.
 static long_t less_one(double x)
 {
     const exponential_t e    = exponential((long_t){x, 0.0});
@@ -141,7 +141,7 @@ double common_expm1(double x)
 {
     if (!(fabs(x) <= 41.0))
     {
-        return x < 0.0 ? -1.0 : common_exp(x); // the 1 is below the last bit
+        return x < 0.0 ? -1.0 : common_exp(x); // the smaller of e^x and 1 is below the last bit
     }
     if (fabs(x) < 0x1p-54)
     {
@@ -151,7 +151,7 @@ double common_expm1(double x)
     return e.high + e.low;
 }
 
-/// (e^2x - 1) / (e^2x + 1).
+/// Returns tanh(x) as (e^2x - 1) / (e^2x + 1).
 double common_tanh(double x)
 {
     if (!(fabs(x) < 19.1))
@@ -170,7 +170,7 @@ double common_tanh(double x)
 
 // --- logarithm and power -------------------------------------------------------------------------------------------
 
-/// ln(x) for a finite x > 0: x = 2^power m with m near 1, s = (m - 1)/(m + 1), ln(m) = 2 (s + s^3/3 + s^5/5 + ...).
+/// Returns ln(x) for a finite x > 0: x = 2^power m with m near 1, s = (m - 1)/(m + 1), ln(m) = 2 (s + s^3/3 + s^5/5 + ...).
 static long_t logarithm(double x)
 {
     static const double inverse[] = {1.0 / 3.0,
@@ -231,14 +231,14 @@ double common_pow(double x, double y)
 
 // --- circle --------------------------------------------------------------------------------------------------------
 
-// pi/2: times a whole number of 20 bits its first two parts are exact.
+// pi/2 in three parts; the first two are exact when multiplied by a whole number of 20 bits.
 #define QUARTER_FIRST   0x1.921fb544p+0
 #define QUARTER_SECOND  0x1.0b4611a6p-34
 #define QUARTER_THIRD   0x1.3198a2e037073p-69
 #define QUARTER_INVERSE 0x1.45f306dc9c883p-1
 #define CIRCLE          0x1.921fb54442d18p+2
 
-/// x = turn pi/2 + r, |r| <= pi/4.
+/// An angle x = turn pi/2 + r, |r| <= pi/4.
 typedef struct
 {
     unsigned quarter; ///< turn modulo 4

@@ -4,14 +4,14 @@
 
 #include <stdio.h>
 
-/// True for C0, DEL, and C1 in UTF-8 (0xc2 and a byte of 0x80 to 0x9f).
+/// Returns true for C0, DEL, and C1 in UTF-8 (0xc2 and a byte of 0x80 to 0x9f).
 static bool is_control(const unsigned char *byte, unsigned char before)
 {
     return *byte < 0x20u || *byte == 0x7fu || (*byte == 0xc2u && byte[1] >= 0x80u && byte[1] <= 0x9fu) ||
            (before == 0xc2u && *byte >= 0x80u && *byte <= 0x9fu);
 }
 
-/// Copies `from` with its control characters escaped, as far as there is room.
+/// Copies `from` with its control characters escaped, as much of it as there is room for.
 static void copy_printable(char *to, size_t size, const char *from)
 {
     unsigned char before = 0;
@@ -19,7 +19,7 @@ static void copy_printable(char *to, size_t size, const char *from)
     for (const unsigned char *p = (const unsigned char *)from; *p != '\0' && length + sizeof "\\x00" <= size; p++)
     {
         const char *format = !is_control(p, before) ? "%c" : *p == '\n' ? "\\n" : "\\x%02x";
-        // NOLINTNEXTLINE(clang-diagnostic-format-nonliteral): one of three literals
+        // NOLINTNEXTLINE(clang-diagnostic-format-nonliteral): the format is one of three literals
         length += (size_t)snprintf(to + length, size - length, format, *p);
         before = *p;
     }

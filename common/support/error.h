@@ -1,6 +1,6 @@
-/// One message for the user: the fault and its place (FILE:LINE:COLUMN or --set key=value).
+/// Holds one message for the user: the fault and its place (FILE:LINE:COLUMN or --set key=value).
 ///
-/// Functions that can fail return false (or null) with the error filled in; the program prints it and ends. The first
+/// Functions that can fail fill in the error and return false (or null); the program prints the error and ends. The first
 /// error is kept.
 
 #ifndef COMMON_ERROR_H
@@ -14,7 +14,7 @@ typedef struct
     char text[36864]; ///< one line, safe to show on a terminal; empty: no error
 } common_error_t;
 
-/// Writes the message unless there is one already, its control characters as \n or \x1b. Always returns false. Two paths of
+/// Writes the message, with control characters as \n or \x1b, unless there is one already. Always returns false. Two paths of
 /// maximum length fit, even with every character escaped.
 bool common_error_set(common_error_t *error, const char *format, ...);
 bool common_error_set_list(common_error_t *error, const char *format, va_list args);

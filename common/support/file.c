@@ -7,7 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/// Reads to the end of `file`, but at most max + 1 bytes; null with errno set on failure.
+/// Reads to the end of `file`, but at most max + 1 bytes. Returns null with errno set on failure.
 static char *read_up_to(FILE *file, size_t max, size_t *length)
 {
     size_t capacity = 65536;
@@ -37,7 +37,8 @@ static char *read_up_to(FILE *file, size_t max, size_t *length)
     return NULL;
 }
 
-/// The name of a coding of wide characters, by a byte order mark or by a first character of ASCII; else null.
+/// Returns the name of an encoding of wide characters, found by a byte order mark or by a first character of ASCII;
+/// otherwise null.
 static const char *wide_coding(const char *bytes, size_t length)
 {
     static const char marks[][4] = {{'\xff', '\xfe', 0, 0}, {0, 0, '\xfe', '\xff'}, {'\xff', '\xfe'}, {'\xfe', '\xff'}};
@@ -54,13 +55,13 @@ static const char *wide_coding(const char *bytes, size_t length)
     return is_pair ? "UTF-16" : NULL;
 }
 
-/// True if these bytes are text; else the reason is in `error`.
+/// Returns true if these bytes are text; otherwise `error` gives the reason.
 static bool check_text(const char *bytes, size_t length, size_t max, const char *path, common_error_t *error)
 {
     const char *coding = wide_coding(bytes, length);
     if (coding != NULL)
     {
-        return common_error_set(error, "%s: is text of %s; save it as UTF-8", path, coding);
+        return common_error_set(error, "%s: is %s text; save it as UTF-8", path, coding);
     }
     const char *zero = memchr(bytes, '\0', length);
     if (zero != NULL)
@@ -73,7 +74,7 @@ static bool check_text(const char *bytes, size_t length, size_t max, const char 
         return common_error_set(error, "%s:%zu: a zero byte: this is not a text file", path, line);
     }
     return length <= max ||
-           common_error_set(error, "%s: is larger than %zu KB, the most that is read", path, max / 1024);
+           common_error_set(error, "%s: is larger than %zu KB, the limit for this file", path, max / 1024);
 }
 
 char *common_file_read(const char *path, size_t max, common_error_t *error)

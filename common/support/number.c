@@ -22,7 +22,7 @@ static const char *parse(const char *text, double *value)
     {
         return "is not a finite number";
     }
-    // From these characters strtod can only make decimal numbers.
+    // With these characters only, strtod can only read decimal numbers.
     char                   *end   = NULL;
     const common_c_locale_t scope = common_c_locale_begin();
     *value                        = strtod(text, &end);
@@ -34,7 +34,7 @@ static const char *parse(const char *text, double *value)
     return isfinite(*value) ? NULL : "is too large for a number";
 }
 
-/// Not 0, also if strtod makes 0 of it.
+/// Returns true if the text is smaller than `least` and not 0, even if strtod rounds it to 0.
 static bool is_below(const char *text, double value, double least)
 {
     const char *digit = text + strcspn(text, "123456789eE");

@@ -46,7 +46,7 @@ void common_output_clean_on_signal(void)
     }
 }
 
-/// Blocks the signals that end a run; `before` receives the previous mask.
+/// Blocks the signals that end a run. `before` receives the previous mask.
 static void block_ending(sigset_t *before)
 {
     sigset_t set;
@@ -58,7 +58,7 @@ static void block_ending(sigset_t *before)
     (void)sigprocmask(SIG_BLOCK, &set, before);
 }
 
-/// Replaces `old` by `name` among the files that a signal removes.
+/// Replaces `old` with `name` among the files that a signal removes.
 static void replace_pending(const char *old, char *name)
 {
     size_t i = 0;
@@ -85,7 +85,7 @@ static void forget(common_output_file_t *file)
     *file = (common_output_file_t){.stream = NULL};
 }
 
-/// Opens a file without a name in the folder of file->path: nothing is left of a run that is killed.
+/// Opens a file without a name in the folder of file->path, so that nothing is left of a run that is killed.
 static bool open_nameless(common_output_file_t *file, const char *slash)
 {
 #ifdef O_TMPFILE
@@ -105,7 +105,7 @@ static bool open_nameless(common_output_file_t *file, const char *slash)
     return file->nameless;
 }
 
-/// Gives a file without a name one of its own.
+/// Gives a nameless file a temporary name.
 static bool give_name(common_output_file_t *file)
 {
     const char *slash = strrchr(file->path, '/');
@@ -116,7 +116,7 @@ static bool give_name(common_output_file_t *file)
     bool named        = self != NULL && file->temporary != NULL;
     if (named)
     {
-        (void)unlink(file->temporary); // of a killed process that had the same number
+        (void)unlink(file->temporary); // a killed process with the same number may have left one
         sigset_t before;
         block_ending(&before);
         named           = linkat(AT_FDCWD, self, AT_FDCWD, file->temporary, AT_SYMLINK_FOLLOW) == 0;
@@ -132,7 +132,8 @@ static bool give_name(common_output_file_t *file)
     return named;
 }
 
-/// Opens a new file in the folder of file->path, under a name of its own: file->path's may already have the maximum length.
+/// Opens a new file in the folder of file->path, under a name of its own, because the name in file->path may already have the
+/// maximum length.
 static bool open_next_to(common_output_file_t *file)
 {
     const char *slash = strrchr(file->path, '/');
@@ -151,7 +152,7 @@ static bool open_next_to(common_output_file_t *file)
         errno           = cause;
         return false;
     }
-    // mkstemp's files are for their owner only; a result gets the mode of any new file.
+    // Files of mkstemp are for their owner only; a result gets the mode of any new file.
     const mode_t mask = umask(0);
     (void)umask(mask);
     (void)fchmod(descriptor, 0666u & ~mask);
@@ -160,7 +161,7 @@ static bool open_next_to(common_output_file_t *file)
     return file->stream != NULL;
 }
 
-/// The final place of a file: `path`, or the target of a link, which stays a link.
+/// Returns the final place of a file: `path`, or the target of a link, which stays a link.
 static char *find_place(const char *path)
 {
     struct stat info;
@@ -173,7 +174,7 @@ static bool open_place(common_output_file_t *file, const char *path)
     struct stat info;
     if (stat(path, &info) == 0 && !S_ISREG(info.st_mode))
     {
-        // Write directly to a device or a pipe: renaming a file over it would replace it.
+        // Write directly to a device or a pipe, because renaming a file over it would replace it.
         file->path   = strdup(path);
         file->stream = (file->path != NULL) ? fopen(path, "wb") : NULL;
         return file->stream != NULL;
@@ -209,10 +210,10 @@ bool common_output_expect_none(common_output_file_t *file, const char *path, com
 
 // --- closing -------------------------------------------------------------------------------------------------------
 
-/// Closes the stream and reports any write error, with errno set.
+/// Closes the stream. Returns false with errno set if anything could not be written.
 static bool close_stream(common_output_file_t *file)
 {
-    // After a failed write the caller does nothing else, so errno is still valid.
+    // After a failed write the caller makes no other call, so errno is still valid.
     bool      ok  = !ferror(file->stream) && fflush(file->stream) == 0 && (!file->nameless || give_name(file));
     const int why = errno;
     if (file->path != NULL && fclose(file->stream) != 0 && ok)
@@ -328,7 +329,7 @@ bool common_output_folder_create(const char *path, common_error_t *error)
     const bool made = copy != NULL && make_folder(copy);
     if (!made)
     {
-        (void)common_error_set(error, "%s: the folder cannot be made: %s", path, strerror(errno));
+        (void)common_error_set(error, "%s: the folder cannot be created: %s", path, strerror(errno));
     }
     free(copy);
     return made;

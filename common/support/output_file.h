@@ -1,6 +1,5 @@
-/// Results that appear complete or not at all: written next to their places, without a name where the system can do so, and under
-/// temporary ones otherwise, then renamed together.
-/// Devices and pipes are written directly.
+/// Writes result files that appear complete or not at all. They are written next to their places, without a name if the system
+/// supports that and under temporary names otherwise, and then renamed together. Devices and pipes are written directly.
 
 #ifndef COMMON_OUTPUT_FILE_H
 #define COMMON_OUTPUT_FILE_H
@@ -11,16 +10,16 @@
 #include <stddef.h>
 #include <stdio.h>
 
-#define COMMON_OUTPUT_FILES_MAX 5u ///< most that are open at a time
+#define COMMON_OUTPUT_FILES_MAX 5u ///< most files that are open at a time
 
-/// All zeros: no file.
+/// A file to write; all zeros if there is none.
 typedef struct
 {
     FILE *stream;
     char *path;        ///< null: standard output
     char *temporary;   ///< null: `path` is written directly
     bool  is_unwanted; ///< the commit removes `path`
-    bool  nameless;    ///< until the commit
+    bool  nameless;    ///< the file has no name until the commit
 } common_output_file_t;
 
 /// Opens a temporary file next to `path` (for a link, next to its target), or standard output if `path` is null.
@@ -30,13 +29,13 @@ bool common_output_open(common_output_file_t *file, const char *path, common_err
 bool common_output_expect_none(common_output_file_t *file, const char *path, common_error_t *error);
 
 /// Checks everything written since the files were opened and puts them in their places, in order. The last one vouches for
-/// the others: while it exists, they belong to it, even if the program was killed. On failure nothing is left.
+/// the others: while it exists, they belong to it, even if the program was killed. On failure no file is left.
 bool common_output_commit(common_output_file_t *files, size_t count, common_error_t *error);
 
 /// Removes uncommitted files.
 void common_output_discard(common_output_file_t *files, size_t count);
 
-/// From now on SIGINT, SIGTERM and SIGHUP remove the temporary files before they end the program. Call it in main.
+/// Makes SIGINT, SIGTERM and SIGHUP remove the temporary files before they end the program. Call it in main.
 void common_output_clean_on_signal(void);
 
 /// Flushes standard output and checks everything written to it.

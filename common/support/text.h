@@ -1,17 +1,18 @@
-/// Formatted text, and how far two words are apart.
+/// Formats text, and measures the distance between two words.
 
 #ifndef COMMON_TEXT_H
 #define COMMON_TEXT_H
 
 #include <stddef.h>
 
-/// printf into a new string, to be freed; null if there is no memory.
+/// Formats into a new string, as printf does. Free it; null if there is no memory.
 char *common_text_format(const char *format, ...);
 
-/// Levenshtein's distance in bytes: letters changed, added or left out. SIZE_MAX where `b` is longer than 255 bytes.
+/// Returns Levenshtein's distance in bytes: letters changed, added or omitted. SIZE_MAX if `b` is longer than 255 bytes.
 size_t common_text_distance(const char *a, const char *b);
 
-/// The first distance at which a word is not meant for another: more than a third of its letters, and more than two.
+/// Returns the smallest distance at which a word is not a misspelling of another: more than a third of its letters, and more than
+/// two.
 size_t common_text_too_far(const char *word);
 
 #endif

@@ -8,11 +8,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define JITTER    0.01 ///< of the intervals, as a fraction
-#define GAP       1.5  ///< intervals, from which a longer one is a gap
+#define JITTER    0.01 ///< largest deviation of an even interval, as a fraction
+#define GAP       1.5  ///< a step of more intervals is a gap
 #define GAP_MAX   10.0 ///< intervals bridged by default
 #define ROWS_MAX  100000000.0
-#define BETWEEN_S 1.0 ///< inserted between files with overlapping stamps
+#define BETWEEN_S 1.0 ///< time inserted between files with overlapping stamps
 
 static const char *const role_words[SIM_LOG_ROLES] = {"t", "u", "F", "x", "v", "r"};
 static const char *const role_names[SIM_LOG_ROLES] = {"t_s", "u_N", "F_N", "x_deg", "w_deg_per_s", "r_N"};
@@ -21,7 +21,7 @@ static const char *const role_units[SIM_LOG_ROLES] = {"s", "N", "N", "deg", "deg
 typedef struct
 {
     const char *name;
-    const char *roles; ///< words of its roles
+    const char *roles; ///< letters of the roles that may have this unit
     double      factor;
     bool        is_torque;
 } unit_t;
@@ -38,7 +38,7 @@ static const unit_t units[] = {
 
 #define UNITS (sizeof units / sizeof units[0])
 
-/// The column, and the text after the `=` in `*value`; null with the error filled in.
+/// Returns the column, and the text after the `=` in `*value`; null with the error filled in.
 static sim_log_column_t *split(sim_log_options_t *options,
                                const char        *option,
                                const char        *text,
@@ -53,7 +53,7 @@ static sim_log_column_t *split(sim_log_options_t *options,
             return &options->columns[i];
         }
     }
-    (void)common_error_set(error, "--%s %s: t, u, F, x, v or r and = and a value is expected", option, text);
+    (void)common_error_set(error, "--%s %s: t, u, F, x, v or r, then = and a value are expected", option, text);
     return NULL;
 }
 
@@ -86,12 +86,11 @@ bool sim_log_set_unit(sim_log_options_t *options, const char *text, common_error
             return true;
         }
     }
-    return column != NULL &&
-           common_error_set(
-               error,
-               "--unit %s: there are s, ms, us, ns, min for t; N, mN, kN, N m, mN m, A, V for u, F and r, bar for F; "
-               "deg, rad, m, mm for x and the same by /s for v",
-               text);
+    return column != NULL && common_error_set(error,
+                                              "--unit %s: units are s, ms, us, ns, min for t; N, mN, kN, N m, mN m, A, "
+                                              "V for u, F and r, also bar for F; "
+                                              "deg, rad, m, mm for x, and these with /s for v",
+                                              text);
 }
 
 static bool set_number(double *number, const char *option, const char *text, const char *value, common_error_t *error)
@@ -136,7 +135,7 @@ static int compare_numbers(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/// The median interval, which gaps hardly affect; negative if there is no memory.
+/// Returns the median interval, which gaps hardly affect; negative if there is no memory.
 static double median_interval(const double *t, size_t rows)
 {
     const size_t count     = rows - 1;
@@ -162,7 +161,7 @@ static double value_of(const sim_log_column_t *column, double field)
     return unit == 1.0 && scale == 1.0 && column->bias == 0.0 ? field : scale * (unit * field) + column->bias;
 }
 
-/// Takes over what the reader says of broken rows.
+/// Takes over the reader's count of broken rows and its message about them.
 static void note_left_out(sim_log_report_t *report, common_csv_t *csv)
 {
     report->left_out += csv->left_out;
@@ -173,7 +172,8 @@ static void note_left_out(sim_log_report_t *report, common_csv_t *csv)
     }
 }
 
-/// What a log says of a unit and nobody has: read without it a force would be a thousand times too large.
+/// Refuses a column whose unit the log names and no option confirms: a force in mN would otherwise be read a thousand times
+/// too large.
 static bool check_unit(const common_csv_t *csv, size_t role, const sim_log_column_t *column, common_error_t *error)
 {
     if (csv->values[role] == NULL || column->unit != 0.0 || column->scale != 0.0)
@@ -188,7 +188,7 @@ static bool check_unit(const common_csv_t *csv, size_t role, const sim_log_colum
         {
             return common_error_set(
                 error,
-                "%s: column %s is in %s: say so by --unit %s=%s%s%s%s, or --unit %s=%s if it is not",
+                "%s: column %s is in %s: confirm this by --unit %s=%s%s%s%s, or give --unit %s=%s if it is not",
                 csv->name,
                 column->name != NULL ? column->name : role_names[role],
                 unit->name,
@@ -204,7 +204,7 @@ static bool check_unit(const common_csv_t *csv, size_t role, const sim_log_colum
     return true;
 }
 
-/// One file as a log of one segment, not yet resampled.
+/// Reads one file as a log of one segment, not yet resampled.
 static bool read_file(sim_log_t               *log,
                       const char              *path,
                       const sim_log_options_t *options,
@@ -219,7 +219,7 @@ static bool read_file(sim_log_t               *log,
         columns[i] =
             (common_csv_column_t){.name = column->name != NULL ? column->name : role_names[i], .optional = !required};
     }
-    // A trace has the true force and the sensor's: take the true one if present.
+    // A trace has the true force and that of the sensor. Take the true one if present.
     const bool either      = options->columns[SIM_LOG_F].name == NULL;
     columns[SIM_LOG_ROLES] = (common_csv_column_t){.name = either ? "y_N" : columns[SIM_LOG_F].name, .optional = true};
     if (!common_csv_read(csv, path, columns, SIM_LOG_ROLES + (either ? 1u : 0u), true, error))
@@ -244,7 +244,7 @@ static bool read_file(sim_log_t               *log,
         return common_csv_complain(csv,
                                    0,
                                    error,
-                                   "%s: one row has no sample time, two at least are expected",
+                                   "%s: one row gives no sample time; at least two are expected",
                                    columns[0].name);
     }
     log->rows = csv->rows;
@@ -303,11 +303,12 @@ static bool put_in_order(sim_log_t *file, common_error_t *error)
     return ok || common_error_set(error, "out of memory");
 }
 
-/// How the stamps go from row to row.
+/// How the stamps run from row to row.
 typedef struct
 {
-    size_t back, repeated, first; ///< rows whose stamp is less than, or equal to, the one before; and the first of them
-    double largest;               ///< step back
+    size_t back, repeated,
+        first;      ///< rows whose stamp is less than, or equal to, the one before; the first of these rows
+    double largest; ///< largest step back
 } order_t;
 
 static order_t order_of(const double *t, size_t rows)
@@ -324,7 +325,7 @@ static order_t order_of(const double *t, size_t rows)
     return order;
 }
 
-/// Refuses stamps that begin anew or go backwards, and without --resample what that mends.
+/// Refuses stamps that begin anew or run backwards; without --resample also those that --resample repairs.
 static bool check_order(sim_log_report_t   *report,
                         sim_log_t          *file,
                         const common_csv_t *csv,
@@ -340,7 +341,7 @@ static bool check_order(sim_log_report_t   *report,
         return true;
     }
     const double span = fmax(fabs(t[file->rows - 1] - t[0]), order.largest);
-    const double far  = GAP_MAX * span / (double)file->rows; // an interval if they go back seldom
+    const double far  = GAP_MAX * span / (double)file->rows; // GAP_MAX intervals if stamps seldom go back
     if (2 * order.back > file->rows && file->rows > 2)
     {
         return common_csv_complain(csv, k, error, "%s: falls from row to row: the log runs backwards", name);
@@ -349,15 +350,15 @@ static bool check_order(sim_log_report_t   *report,
     {
         if (t[i - 1] - t[i] > far)
         {
-            return common_csv_complain(
-                csv,
-                i,
-                error,
-                "%s: goes back by %.6g s, to %.6g s: the clock begins anew here; the parts before and from here on "
-                "as files of their own are one experiment",
-                name,
-                t[i - 1] - t[i],
-                t[i]);
+            return common_csv_complain(csv,
+                                       i,
+                                       error,
+                                       "%s: goes back by %.6g s, to %.6g s: the clock begins anew here; split the log "
+                                       "here and pass both files "
+                                       "as one experiment",
+                                       name,
+                                       t[i - 1] - t[i],
+                                       t[i]);
         }
     }
     if (!resample)
@@ -366,7 +367,7 @@ static bool check_order(sim_log_report_t   *report,
             csv,
             k,
             error,
-            "%s: %.15g does not come after %.15g; %zu stamps are there twice, %zu go back (--resample mends it)",
+            "%s: %.15g does not come after %.15g; %zu stamps appear twice, %zu go back (--resample repairs this)",
             name,
             t[k],
             t[k - 1],
@@ -377,7 +378,7 @@ static bool check_order(sim_log_report_t   *report,
     return order.back == 0 || put_in_order(file, error);
 }
 
-/// Of rows with equal stamps only the first stays.
+/// Keeps only the first of rows with equal stamps.
 static size_t drop_repeated(sim_log_t *log)
 {
     const double *t    = log->values[SIM_LOG_T];
@@ -417,15 +418,16 @@ static void judge_stamps(sim_log_report_t *report, const double *t, size_t rows,
     }
 }
 
-/// Half a unit of the last place of a stamp as the file has it, in s.
+/// Returns half a unit of the last place of a stamp in the file, in s.
 static double rounding_of(const common_csv_t *csv, const sim_log_column_t *column, double stamp)
 {
     const double unit = value_of(column, 1.0) - column->bias;
     return fabs(unit) * common_csv_rounding(csv, (stamp - column->bias) / unit);
 }
 
-/// An even clock whose stamps were rounded as they were written: its stamps in place of the file's, and its interval. False where
-/// they are even as they are, or uneven beyond their digits. A last place of more than half an interval would hide a missing row.
+/// Finds an even clock whose stamps were rounded when written; replaces the file's stamps with its own and returns its interval.
+/// Returns false if the stamps are even as they are, or more uneven than rounding explains. A last place of more than half an
+/// interval would hide a missing row.
 static bool take_off_rounding(sim_log_t              *file,
                               const common_csv_t     *csv,
                               const sim_log_column_t *column,
@@ -450,7 +452,7 @@ static bool take_off_rounding(sim_log_t              *file,
     for (size_t k = 0; k < file->rows; k++)
     {
         const double off = t[k] - (mean + ((double)k - middle) * slope);
-        if (!(fabs(off) <= rounding_of(csv, column, t[k]) + 0.5 * *last_place)) // rounding moves the line as well
+        if (!(fabs(off) <= rounding_of(csv, column, t[k]) + 0.5 * *last_place)) // rounding also moves the line
         {
             return false;
         }
@@ -463,7 +465,7 @@ static bool take_off_rounding(sim_log_t              *file,
     return true;
 }
 
-/// The first row whose interval to the one before is off; `rows` if none is.
+/// Returns the first row whose interval to the row before is uneven; `rows` if there is none.
 static size_t first_uneven(const double *t, size_t rows, double median)
 {
     size_t k = 1;
@@ -484,13 +486,13 @@ static bool check_even(const common_csv_t *csv, const char *name, double median,
                csv,
                k,
                error,
-               "%s: %.6g s after the row before, where the log's interval is %.6g s (--resample mends it)",
+               "%s: %.6g s after the row before, where the log's interval is %.6g s (--resample repairs this)",
                name,
                t[k] - t[k - 1],
                median);
 }
 
-/// The rows that are missing between even stamps, if no more than the reader has left out are; else 0.
+/// Returns the number of rows missing between even stamps if the reader has left out as many or more; otherwise 0.
 static size_t missing_rows(const double *t, size_t rows, double median, size_t left_out)
 {
     double missing = 0.0;
@@ -517,7 +519,7 @@ static bool grow(double **values, size_t rows, common_error_t *error)
     return true;
 }
 
-/// Makes room for `rows` more in each of the file's columns.
+/// Makes room for `rows` more rows in each column of the file.
 static bool make_room(sim_log_t *log, const sim_log_t *file, size_t rows, common_error_t *error)
 {
     for (size_t i = 0; i < SIM_LOG_ROLES; i++)
@@ -560,7 +562,7 @@ static bool resample_run(sim_log_t       *log,
     }
     if (rows < 2)
     {
-        return true; // a lone row between two gaps
+        return true; // a single row between two gaps
     }
     if (!begin_segment(log, error) || !make_room(log, file, rows, error))
     {
@@ -624,7 +626,7 @@ static bool append(sim_log_t *log, const sim_log_t *file, double by_s, common_er
     return true;
 }
 
-/// The shift that puts a file's stamps after those of the log so far.
+/// Returns the shift that puts a file's stamps after those of the log so far.
 static double shift_of(sim_log_t *log, const sim_log_t *file)
 {
     const double start = file->values[SIM_LOG_T][0];
@@ -636,7 +638,7 @@ static double shift_of(sim_log_t *log, const sim_log_t *file)
     return log->values[SIM_LOG_T][log->rows - 1] + BETWEEN_S - start;
 }
 
-/// Checks that the stamps rise, and finds their interval. Rows that are `missing` because they were broken are to be bridged.
+/// Checks that the stamps rise, and finds their interval. `missing` rows, which were broken, are bridged later.
 static bool find_interval(sim_log_t               *log,
                           sim_log_t               *file,
                           common_csv_t            *csv,
@@ -704,7 +706,7 @@ static bool add_file(sim_log_t *log, const char *path, const sim_log_options_t *
     {
         ok =
             common_error_set(error,
-                             "%s: its interval is %.6g s, that of the file before %.6g s (--resample makes them alike)",
+                             "%s: its interval is %.6g s, that of the file before %.6g s (--resample makes them equal)",
                              path,
                              median,
                              log->sample_time_s);
@@ -733,7 +735,7 @@ bool sim_log_read(sim_log_t               *log,
         ok = !options->columns[i].is_torque || options->columns[i].scale != 0.0 ||
              common_error_set(
                  error,
-                 "--unit %s=...: is no force: --scale %s=NUMBER says how many N it stands for (1/lever for a "
+                 "--unit %s=...: is not a force: give --scale %s=NUMBER, the N for one of this unit (1/lever for a "
                  "torque in N m)",
                  role_words[i],
                  role_words[i]);

@@ -4,11 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ROWS_MAX    200000u ///< of the log, counted from its start, that are played
+#define ROWS_MAX    200000u ///< most rows of the log that are played, counted from its start
 #define BLOCK_S     0.02    ///< averaging time of residuals
 #define ITERATIONS  10
-#define LAG_START_S 0.02 ///< of actuator and sensor
-#define CREEP       1.5  ///< L over the friction of creeping slides
+#define LAG_START_S 0.02 ///< first guess of the lag of actuator and sensor
+#define CREEP       1.5  ///< L divided by the friction of creeping slides
 #define LAG_MAX_S   0.2
 #define RATIO_MIN   1e-3
 #define DONE        1e-3 ///< relative change of the sum of squares
@@ -26,15 +26,16 @@ typedef struct
 {
     const sim_log_t   *log;
     const sim_model_t *model;
-    unsigned char     *counts; ///< by row: false until the model has surely forgotten its start
+    unsigned char     *counts; ///< for each row; false until the model has surely forgotten its start
     size_t             rows, block;
-    double             size_n;                           ///< of F: the unit of the bias
-    double            *played, *residual, *trial, *side; ///< by row
+    double             size_n;                           ///< size of F, the unit of the bias
+    double            *played, *residual, *trial, *side; ///< for each row
     double            *slopes[COUNT];
     bool               is_free[COUNT];
 } problem_t;
 
-/// The relays at a segment's start are unknown, so it counts from its third alternating slide on, or as a whole if it has fewer.
+/// The relays at the start of a segment are unknown. A segment therefore counts from its third alternating slide on, or as a
+/// whole if it has fewer.
 static void choose_rows(problem_t *problem, const signed char *ways)
 {
     const sim_log_t *log = problem->log;
@@ -57,7 +58,7 @@ static void choose_rows(problem_t *problem, const signed char *ways)
     }
 }
 
-/// F minus the model's, averaged over each row's block; `play` false: only the lag has changed.
+/// Computes F minus the model's F, averaged over each row's block. If only the lag has changed, `play` is false.
 static double residual_of(problem_t *problem, const sim_path_t *path, bool play, double *residual)
 {
     const sim_log_t *log = problem->log;
@@ -102,7 +103,7 @@ static sim_path_t moved(const problem_t *problem, const sim_path_t *path, const 
                         .lag_s       = fmin(fmax(path->lag_s + step[LAG], 0.0), LAG_MAX_S)};
 }
 
-/// Solves a x = b; a row without a slope gives 0.
+/// Solves a x = b. A row without a slope gives 0.
 static void solve(double a[COUNT][COUNT], double b[COUNT], double x[COUNT])
 {
     for (size_t i = 0; i < COUNT; i++)
@@ -128,7 +129,7 @@ static void solve(double a[COUNT][COUNT], double b[COUNT], double x[COUNT])
     }
 }
 
-/// The slopes at `path`, whose F is in `played`; the lag's comes first because it needs no new playing.
+/// Computes the slopes at `path`, whose F is in `played`. The slope of the lag comes first because it needs no new playing.
 static void find_slopes(problem_t *problem, const sim_path_t *path)
 {
     static const double steps[COUNT] = {[SCALE] = 0.005, [BIAS] = 0.003, [RATIO] = 0.01, [LAG] = 0.002};
@@ -148,7 +149,7 @@ static void find_slopes(problem_t *problem, const sim_path_t *path)
     }
 }
 
-/// One Gauss-Newton step, shortened if necessary; false if no step reduces the cost.
+/// Takes one Gauss-Newton step, shortened if necessary. Returns false if no step reduces the cost.
 static bool descend(problem_t *problem, sim_path_t *path, double *cost)
 {
     double a[COUNT][COUNT] = {{0.0}}, b[COUNT] = {0.0};

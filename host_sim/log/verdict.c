@@ -6,19 +6,19 @@
 #include <string.h>
 
 #define BLOCK_S     0.02 ///< averaging time of F
-#define NOISES      5.0  ///< half the width of the play, in standard deviations of an averaged F
-#define RANGE_PART  1e-4 ///< plus this fraction of the range of F
-#define RUN_IN_PART 0.01 ///< of the range of F: a slide's length before it counts
-#define LAG_S       0.03 ///< of actuator, arm and sensor together
-#define LAG_MAX     0.1  ///< of n: largest effect of the lag
+#define NOISES      5.0  ///< half the width of the play, in standard deviations of an averaged F ...
+#define RANGE_PART  1e-4 ///< ... plus this fraction of the range of F
+#define RUN_IN_PART 0.01 ///< length of a slide before it counts, as a fraction of the range of F
+#define LAG_S       0.03 ///< lag of actuator, arm and sensor together
+#define LAG_MAX     0.1  ///< largest effect of the lag, as a fraction of n
 #define AT_LIMIT    0.999
-#define RATIO_LOW   0.8 ///< of a slide's friction over L: with true params a slow slide creeps at 0.85 and more
+#define RATIO_LOW   0.8 ///< least friction of a slide divided by L; with true params a slow slide creeps at 0.85 and more
 #define RATIO_HIGH  1.25
 #define SCALE_OFF   0.05
 #define UNITS_OFF   100.0
-#define Q_FAST      50.0 ///< switches in a second
-#define LITTLE      0.02 ///< of the log
-#define SILENT      1e-6 ///< range of F over that of u
+#define Q_FAST      50.0 ///< switches a second that are too many
+#define LITTLE      0.02 ///< fraction of the log that is too little
+#define SILENT      1e-6 ///< range of F divided by that of u, below which the sensor is silent
 
 typedef struct
 {
@@ -58,7 +58,7 @@ static bool make_blocks(blocks_t *blocks, const double *force, const float *n, s
     return blocks->force != NULL && blocks->net != NULL;
 }
 
-/// Noise of the averaged F, from second differences, which cancel a slope.
+/// Estimates the noise of the averaged F from second differences, which cancel a slope.
 static double noise_of(const blocks_t *blocks, double *room)
 {
     for (size_t b = 2; b < blocks->count; b++)
@@ -163,7 +163,7 @@ static bool solve(double a[3][3], double b[3], size_t n)
     return true;
 }
 
-/// n over +-L, 1 and, where the forces differ enough, F; each scaled to about 1.
+/// Fits n to +-L, 1 and, if the forces differ enough, F; each is scaled to about 1.
 static void fit(sim_verdict_t *verdict, const sim_log_t *log, const sim_replayed_t *replayed, const signed char *ways)
 {
     const double *force = log->values[SIM_LOG_F];
@@ -197,8 +197,8 @@ static void fit(sim_verdict_t *verdict, const sim_log_t *log, const sim_replayed
     }
 }
 
-/// The medians of the residuals of the line (in n) and of the path (in F), in the slides where both are known. Not the rms: the
-/// few rows around a reversal fit no line.
+/// Computes the medians of the residuals of the line (in n) and of the path (in F), in the slides where both are known. An
+/// rms would be dominated by the few rows around a reversal, which fit no line.
 static bool compare(const sim_verdict_t  *verdict,
                     const sim_log_t      *log,
                     const sim_replayed_t *replayed,
@@ -265,7 +265,7 @@ static int sign_of(double x)
     return (x > 0.0) - (x < 0.0);
 }
 
-/// The sign of the hub's motion at a row: of speed, of the change of position, or 0 if unknown.
+/// Returns the sign of the hub's motion at a row: that of the speed, or of the change of position; 0 if unknown.
 static int motion(const sim_log_t *log, size_t k)
 {
     const double *x = log->values[SIM_LOG_X], *v = log->values[SIM_LOG_V];
@@ -340,7 +340,7 @@ say(sim_verdict_t *verdict, const char *format, ...)
     }
 }
 
-/// Correlation of the changes of u and F over `step` rows; of their signs alone each change counts the same, however large.
+/// Returns the correlation of the changes of u and F over `step` rows. If only signs count, all changes have the same weight.
 static double correlation(const sim_log_t *log, size_t step, bool of_signs)
 {
     const double *u = log->values[SIM_LOG_U], *force = log->values[SIM_LOG_F];
@@ -359,7 +359,7 @@ static double correlation(const sim_log_t *log, size_t step, bool of_signs)
     return uu > 0.0 && ff > 0.0 ? uf / sqrt(uu * ff) : 0.0;
 }
 
-/// Finds faults that hide all others; true if there is one.
+/// Finds faults that hide all others. Returns true if there is one.
 static bool find_gross(sim_verdict_t *verdict, const sim_log_t *log)
 {
     const double u = range_of(log->values[SIM_LOG_U], log->rows), force = range_of(log->values[SIM_LOG_F], log->rows);
@@ -376,8 +376,8 @@ static bool find_gross(sim_verdict_t *verdict, const sim_log_t *log)
             u);
         return true;
     }
-    // A hunting loop reduces u while F slips on: for a tenth of a second, but not on average. The first ticks of a loop move u far
-    // while F settles back: one large step, but few of many.
+    // A hunting loop reduces u while F slips on, for a tenth of a second but not on average. The first ticks of a loop move u far
+    // while F moves back: that is one large step, but few ticks of many.
     const size_t fast = (size_t)fmax(1.0, 0.1 / log->sample_time_s),
                  slow = fast > log->rows / 20 ? fast : log->rows / 20;
     if (correlation(log, fast, false) < -0.3 && correlation(log, slow, false) <= 0.0 &&
@@ -410,7 +410,7 @@ static void find_faults(sim_verdict_t *verdict, bool is_measured)
     }
     if (verdict->is_fitted && verdict->ratio < 0.0)
     {
-        say(verdict, "wrong sign: friction would push the way that F goes (--scale u=- or --scale F=-)");
+        say(verdict, "wrong sign: friction would push in the direction of F's motion (--scale u=- or --scale F=-)");
         return;
     }
     if (verdict->is_fitted && fabs(verdict->scale_error) > SCALE_OFF)
@@ -444,7 +444,7 @@ bool sim_verdict_make(sim_verdict_t        *verdict,
     sum_up(verdict, log, replayed);
     if (!verdict->has_force)
     {
-        say(verdict, "the log has no force: what the compensator estimates is not compared with anything");
+        say(verdict, "the log has no force, so the compensator's estimate cannot be checked");
         return true;
     }
     signed char *ways = malloc(log->rows);

@@ -1,4 +1,4 @@
-/// Judges the friction params by a replayed log, and whether the log suffices for it.
+/// Judges the friction params by a replayed log, and whether the log suffices to do so.
 ///
 /// While the arm slides slowly, n = u - F + g is +L in a rise of F and -L in a fall, whatever the compensator did. A least
 /// squares fit over these ticks,
@@ -22,9 +22,9 @@
 /// The replay's results by row of the log.
 typedef struct
 {
-    float         *n, *L, *f; ///< L for the sign of n
+    float         *n, *L, *f; ///< L is the one for the sign of n
     unsigned char *q;
-    bool           is_measured; ///< F was the log's, whose noise switches Q: no fault of the params
+    bool           is_measured; ///< F came from the log; its noise switches Q, which is not a fault of the params
 } sim_replayed_t;
 
 typedef struct
@@ -32,28 +32,29 @@ typedef struct
     size_t ticks;
     bool   has_force;
 
-    double net_rms_n, net_peak_n;           ///< of n: u - F + g
-    double residual_rms_n, residual_peak_n; ///< of n - f
-    double limit_share;                     ///< of ticks with f at +-L
-    double q_per_s;                         ///< switches of Q
+    double net_rms_n, net_peak_n;           ///< rms and peak of n = u - F + g
+    double residual_rms_n, residual_peak_n; ///< rms and peak of n - f
+    double limit_share;                     ///< fraction of ticks with f at +-L
+    double q_per_s;                         ///< switches of Q a second
 
     size_t moving;        ///< ticks of slow sliding, the only ones that reveal L
-    size_t rising;        ///< of these, with F rising
-    double low_n, high_n; ///< of F in them
-    size_t against;       ///< of these, where friction opposes the motion
-    size_t has_motion;    ///< of these, with speed or position known; `against` counts those, or all if none
+    size_t rising;        ///< those of them with F rising
+    double low_n, high_n; ///< range of F in them
+    size_t against;       ///< those of them in which friction opposes the motion
+    size_t
+        has_motion; ///< those of them with known speed or position; `against` counts only these, or all if there are none
 
     bool   is_fitted;
-    bool   is_by_path; ///< else by the line through the slides
+    bool   is_by_path; ///< true: fitted by the path; false: by the line through the slides
     double scale_error, bias_n;
-    double ratio;           ///< of friction in newtons of F over L
-    bool   scale_is_fitted; ///< the forces differ enough
+    double ratio;           ///< friction in newtons of F divided by L
+    bool   scale_is_fitted; ///< the forces differ enough to fit a scale
 
     size_t fault_count;
     char   words[8][192];
 } sim_verdict_t;
 
-/// Makes the verdict; a log without force allows little. `model` is that of the params.
+/// Makes the verdict, which says little if the log has no force. `model` is made from the params.
 bool sim_verdict_make(sim_verdict_t        *verdict,
                       const sim_log_t      *log,
                       const sim_replayed_t *replayed,
@@ -62,7 +63,7 @@ bool sim_verdict_make(sim_verdict_t        *verdict,
 
 void sim_verdict_write(const sim_verdict_t *verdict, const sim_log_t *log, FILE *file);
 
-/// The direction of a slow slide for each row, +1, -1 or 0, in `ways` of log->rows.
+/// Writes the direction of slow sliding in each row, +1, -1 or 0, to `ways`, which has log->rows elements.
 bool sim_verdict_find_slides(const sim_log_t *log, const float *n, signed char *ways, common_error_t *error);
 
 #endif

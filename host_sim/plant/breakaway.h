@@ -1,4 +1,4 @@
-/// Breakaway L(F) in both directions, double precision.
+/// Computes breakaway L(F) in both directions, in double precision.
 
 #ifndef SIM_BREAKAWAY_H
 #define SIM_BREAKAWAY_H
@@ -12,10 +12,10 @@ typedef struct
     double positive_n, negative_n;
 } sim_breakaway_t;
 
-/// L+ and L- from the table at the magnitude `force_n`: linear between the points, clamped at both ends.
+/// Returns L+ and L- from the table at the magnitude `force_n`: linear between the points, constant outside.
 sim_breakaway_t sim_breakaway_look_up(const common_breakaway_config_t *config, double force_n);
 
-/// L+ and L- at the applied force `force_n`. Inline: the truth models call it in every step.
+/// Returns L+ and L- at the applied force `force_n`. It is inline because the truth models call it in every step.
 static inline sim_breakaway_t sim_breakaway_at(const common_breakaway_config_t *config, double force_n)
 {
     const double force = fabs(force_n);

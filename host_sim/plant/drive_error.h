@@ -3,7 +3,7 @@
 ///
 ///     actuator input  (1 + scale) u + bias        arm's drive  u_a + ripple sin(2 pi (theta / period + phase))
 ///
-/// All zeros: a drive without errors.
+/// The errors; all zeros for a drive without errors.
 
 #ifndef SIM_DRIVE_ERROR_H
 #define SIM_DRIVE_ERROR_H
@@ -14,16 +14,16 @@ typedef struct
     double bias_n;
     double ripple_n;
     double ripple_period_deg;
-    double ripple_phase; ///< in periods
+    double ripple_phase; ///< phase, in periods
 } sim_drive_error_t;
 
-/// The actuator's input for the command `u_n`.
+/// Returns the actuator's input for the command `u_n`.
 static inline double sim_drive_error_command(const sim_drive_error_t *error, double u_n)
 {
     return (1.0 + error->scale) * u_n + error->bias_n;
 }
 
-/// Ripple at a position, in N, and its first and second derivative by position.
+/// Returns the ripple at a position, in N, and its first and second derivative with respect to position.
 typedef struct
 {
     double force_n, slope_n_per_deg, curvature_n_per_deg2;

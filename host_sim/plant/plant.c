@@ -13,9 +13,9 @@ struct sim_plant
     double                 stiffness_n_per_deg;
     double                 actuator_part, sensor_part;
 
-    // What a step changes: to the end.
+    // A step changes all members from here on.
     double u_a_n, force_n, filtered_n;
-    double past_force_n; ///< one step ago
+    double past_force_n; ///< F one step ago
 };
 
 enum
@@ -96,12 +96,12 @@ void sim_plant_destroy(sim_plant_t *plant)
     }
 }
 
-/// The ripple in the middle of the step: the value at its start would feed energy into an oscillation.
+/// Returns the ripple in the middle of the step, because the value at its start would feed energy into an oscillation.
 static double ripple(const sim_plant_t *plant)
 {
     if (plant->drive_error.ripple_n == 0.0)
     {
-        return 0.0; // most plants: saves a division a step
+        return 0.0; // saves a division a step for most plants
     }
     const double middle = (1.5 * plant->force_n - 0.5 * plant->past_force_n) / plant->stiffness_n_per_deg;
     return sim_drive_error_ripple(&plant->drive_error, middle).force_n;

@@ -1,4 +1,4 @@
-/// The plant that the loop controls (design: spec section 7), in double precision:
+/// Simulates the plant that the loop controls, in double precision:
 ///
 ///     u --> actuator --u_a--> truth model --F--> sensor filter --y--> sensor (sensor.h)
 ///           u_a' = p (u - u_a)  truth.h         y' = p (F - y)
@@ -20,12 +20,12 @@ typedef struct
     double             actuator_pole_rad_per_s;
     double             sensor_pole_rad_per_s;
     sim_truth_config_t truth;
-    sim_drive_error_t  drive_error; ///< zero: none
+    sim_drive_error_t  drive_error; ///< all zeros: none
 } sim_plant_config_t;
 
 typedef struct sim_plant sim_plant_t;
 
-/// Signals of one step.
+/// The signals of one step.
 typedef struct
 {
     double              u_a_n; ///< the actuator's force on the arm, with its ripple
@@ -39,11 +39,11 @@ void         sim_plant_destroy(sim_plant_t *plant);
 /// Advances one step of step_s with `u_n` held.
 void sim_plant_step(sim_plant_t *plant, double u_n, sim_plant_signals_t *signals);
 
-/// The present end-point force F, and F filtered by the sensor's pole, in N.
+/// Return the present end-point force F, and F filtered by the sensor's pole, in N.
 double sim_plant_force(const sim_plant_t *plant);
 double sim_plant_filtered_force(const sim_plant_t *plant);
 
-/// All that a step changes: into bytes, and out of those of a plant with the same config.
+/// Save everything that a step changes as bytes, and load it from the bytes of a plant with the same config.
 size_t sim_plant_size(const sim_plant_t *plant);
 void   sim_plant_save(const sim_plant_t *plant, void *bytes);
 void   sim_plant_load(sim_plant_t *plant, const void *bytes);

@@ -39,13 +39,13 @@ uint64_t sim_random_bits(sim_random_t *random)
     return result;
 }
 
-/// Uniform from -1 to 1.
+/// Returns a uniform number from -1 to 1.
 static double even(sim_random_t *random)
 {
     return ldexp((double)(sim_random_bits(random) >> 11), -52) - 1.0;
 }
 
-/// ln(x) for 0 < x < 1 from exact operations only: x = m 2^e, ln(m) = 2 atanh((m - 1)/(m + 1)) as a series.
+/// Returns ln(x) for 0 < x < 1 from exact operations only: x = m 2^e, ln(m) = 2 atanh((m - 1)/(m + 1)) as a series.
 static double logarithm(double x)
 {
     int    exponent;

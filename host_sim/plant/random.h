@@ -19,7 +19,7 @@ void sim_random_seed(sim_random_t *random, uint64_t seed);
 
 uint64_t sim_random_bits(sim_random_t *random);
 
-/// A normal deviate of mean 0 and standard deviation 1.
+/// Returns a normal deviate of mean 0 and standard deviation 1.
 double sim_random_normal(sim_random_t *random);
 
 #endif

@@ -1,5 +1,5 @@
-/// Turns the filtered force into the samples of the control loop: first delay, then noise (white, Gaussian, one deviate a
-/// sample), then rounding to the sensor's step. Each is off at 0.
+/// Turns the filtered force into the samples of the control loop: first a delay, then noise (white, Gaussian, one deviate a
+/// sample), then rounding to the sensor's step. A value of 0 turns each off.
 
 #ifndef SIM_SENSOR_H
 #define SIM_SENSOR_H
@@ -26,11 +26,11 @@ typedef struct
     size_t              length, head;
 } sim_sensor_t;
 
-/// At rest at 0 N. False if there is no memory; nothing is left to free then.
+/// Starts the sensor at rest at 0 N. Returns false if there is no memory; nothing is left to free then.
 bool sim_sensor_init(sim_sensor_t *sensor, const sim_sensor_config_t *config, double plant_step_s);
 void sim_sensor_free(sim_sensor_t *sensor);
 
-/// Stores the filtered force before each plant step. Inline: most sensors have no delay and store nothing.
+/// Stores the filtered force before each plant step. It is inline because most sensors have no delay and store nothing.
 static inline void sim_sensor_push(sim_sensor_t *sensor, double filtered_n)
 {
     if (sensor->length > 0)
@@ -40,7 +40,7 @@ static inline void sim_sensor_push(sim_sensor_t *sensor, double filtered_n)
     }
 }
 
-/// One reading, for the present filtered force `filtered_n` (not pushed yet).
+/// Returns one reading for the present filtered force `filtered_n`, which has not been stored yet.
 double sim_sensor_read(sim_sensor_t *sensor, double filtered_n);
 
 #endif

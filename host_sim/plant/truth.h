@@ -1,10 +1,10 @@
-/// A truth model: the arm with its friction, driven by the actuator's force. The actuator and the sensor around it are the
-/// same for all (plant.h).
+/// A truth model is the arm with its friction, driven by the actuator's force. The actuator and the sensor around it are the
+/// same for all models (plant.h).
 ///
 /// Models advance by the plant's fixed step. A model that needs finer steps subdivides it.
 ///
-/// A new model is one file, truth/NAME.c, and one row in SIM_TRUTH_MODELS. Scenarios choose it by `plant.model: NAME`.
-/// Its own parameters are a struct and rows in its file; in scenarios they are `plant.NAME.KEY`.
+/// A new model is one file, truth/NAME.c, and one row in SIM_TRUTH_MODELS. Scenarios choose it by `plant.model: NAME`. A
+/// struct and rows in its file define its own parameters; in scenarios they are `plant.NAME.KEY`.
 
 #ifndef SIM_TRUTH_H
 #define SIM_TRUTH_H
@@ -14,18 +14,18 @@
 #include <stdbool.h>
 
 // clang-format off: one row a model
-/// All of them; the first is the default. NAME stands for sim_NAME_truth.
+/// All models; the first is the default. NAME stands for sim_NAME_truth.
 #define SIM_TRUTH_MODELS(MODEL) \
     MODEL(paper,            "breakaway of the load, hysteresis by relays") \
-    MODEL(torque,           "saturation of the net force alone (references 22 to 24)") \
+    MODEL(torque,           "only saturation of the net force (references 22 to 24)") \
     MODEL(coulomb,          "L(F) against the motion; stands exactly inside breakaway") \
-    MODEL(karnopp,          "rest is a zone of speeds, and stands exactly") \
+    MODEL(karnopp,          "rest is a zone of speeds, in which the arm stands exactly") \
     MODEL(armstrong,        "seven parameters: spring, Stribeck, frictional memory, rising stiction") \
     MODEL(dahl,             "a spring that yields in space; drifts in presliding") \
     MODEL(bristle,          "20 bonds that snap at random places; noisy sliding") \
     MODEL(reset_integrator, "a bond that slips at a length, stronger while it holds") \
     MODEL(bliman_sorine,    "a peak of breakaway along the path; rate independent") \
-    MODEL(lubricated,       "bearing on a film that lifts late; frictional memory") \
+    MODEL(lubricated,       "bearing on an oil film that lifts with a lag; frictional memory") \
     MODEL(lugre,            "bristle with damping, Eq. (12); drifts in presliding") \
     MODEL(elasto_plastic,   "bristle that yields beyond a deflection; no drift") \
     MODEL(leuven,           "bristle with hysteresis of non-local memory") \
@@ -36,7 +36,7 @@
     MODEL(servo_erob80,     "load-dependent servo, eRob80:100")
 // clang-format on
 
-/// Signals at the start of a step, for logging. Fields without a meaning in a model stay 0.
+/// The signals at the start of a step, for logging. Fields that mean nothing in a model stay 0.
 typedef struct
 {
     double n_n;       ///< net force
@@ -46,7 +46,7 @@ typedef struct
     bool   q1, q2, q; ///< relays and Eq. (8)
 } sim_truth_signals_t;
 
-/// A piece of memory.
+/// A block of memory.
 typedef struct
 {
     void  *at;
@@ -70,11 +70,11 @@ typedef struct
 
     void (*destroy)(void *model);
 
-    /// All that a step changes, without pointers: to be copied to a model of the same config.
+    /// Returns everything that a step changes, without pointers, so that it can be copied to a model with the same config.
     void (*parts)(void *model, sim_truth_part_t parts[SIM_TRUTH_PARTS]);
 
-    /// Rows of the model's own parameters, ended by SIM_TRUTH_END; null if it has none. Their offsets are in the struct that
-    /// config->own points to.
+    /// The rows of the model's own parameters, ended by SIM_TRUTH_END; null if it has none. Their offsets are in the struct
+    /// to which config->own points.
     const common_key_t *keys;
 
     const struct sim_law *law; ///< the same model as differential equations (truth/law.h)
@@ -92,7 +92,7 @@ typedef struct
      .max      = (max_),                                                                                               \
      .standard = (standard_),                                                                                          \
      .text     = (text_)}
-/// A uint64_t.
+/// A row for a uint64_t.
 #define SIM_TRUTH_WHOLE(type_, member, name_, min_, max_, standard_, text_)                                            \
     {.name     = (name_),                                                                                              \
      .type     = COMMON_KEY_WHOLE,                                                                                     \
@@ -102,7 +102,7 @@ typedef struct
      .max      = (max_),                                                                                               \
      .standard = (standard_),                                                                                          \
      .text     = (text_)}
-/// An int or an enum, the index of a word.
+/// A row for an int or an enum, the index of a word.
 #define SIM_TRUTH_CHOICE(type_, member, name_, words_, standard_, text_)                                               \
     {.name     = (name_),                                                                                              \
      .type     = COMMON_KEY_CHOICE,                                                                                    \

@@ -18,7 +18,7 @@ static void multiply(const double a[4], const double b[4], double product[4])
 
 void sim_zoh_transition(const double a[4], double step_s, double phi[4])
 {
-    // Scaling and squaring: with a norm below 1/2, sixteen terms are exact to the last bit.
+    // Scaling and squaring: if the norm is below 1/2, sixteen terms are exact to the last bit.
     const double norm = step_s * fmax(fabs(a[0]) + fabs(a[1]), fabs(a[2]) + fabs(a[3]));
     int          halvings;
     (void)frexp(norm, &halvings);

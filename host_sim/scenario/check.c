@@ -21,10 +21,7 @@ static bool check_times(const common_scenario_t *scenario, common_error_t *error
     const double steps = config->loop.sample_time_s / config->plant.step_s;
     if (fabs(steps - round(steps)) > 1e-6 * steps)
     {
-        return common_check_complain(scenario,
-                                     "plant.step_s",
-                                     "must go into sample_time_s a whole number of times",
-                                     error);
+        return common_check_complain(scenario, "plant.step_s", "must divide sample_time_s without a remainder", error);
     }
     const double end = config->metrics.end_s.is_given ? config->metrics.end_s.value : config->duration_s;
     if (end > config->duration_s)

@@ -1,4 +1,4 @@
-/// The columns of a run's trace, of trace.csv and of the Python package.
+/// The columns of a run's trace, for trace.csv and the Python package.
 
 #ifndef SIM_COLUMNS_H
 #define SIM_COLUMNS_H
@@ -6,7 +6,7 @@
 #include "scenario/runner.h"
 
 // clang-format off: one row a column
-/// NUMBER(name, value) or FLAG(name, value). Of a compensator's `signals`:
+/// NUMBER(name, value) or FLAG(name, value). These columns come from a compensator's `signals`.
 #define SIM_COMPENSATOR_COLUMNS(NUMBER, FLAG) \
     NUMBER(F_hat_N,     signals->force_n) \
     NUMBER(n_N,         signals->friction.n_n) \
@@ -17,7 +17,7 @@
     FLAG(Q,             (signals->friction.relays & TRIBO_RELAY_Q) != 0u) \
     NUMBER(f_hat_N,     signals->friction.f_n)
 
-/// Of a `row` and its `signals`.
+/// These columns come from a `row` and its `signals`.
 #define SIM_RUN_COLUMNS(NUMBER, FLAG) \
     NUMBER(t_s,             row->t_s) \
     NUMBER(r_N,             row->r_n) \
@@ -38,7 +38,7 @@
     FLAG(plant_Q,           row->plant.truth.q) \
     NUMBER(f_N,             row->plant.truth.f_n)
 
-/// Likewise, where the loop learns.
+/// These columns come from a `row` of a loop that learns.
 #define SIM_LEARNED_COLUMNS(NUMBER, FLAG) \
     NUMBER(breakaway_positive_N,       row->learned->breakaway_n[0]) \
     NUMBER(breakaway_negative_N,       row->learned->breakaway_n[1]) \
@@ -58,15 +58,15 @@ enum
 typedef struct
 {
     const char *name;
-    bool        is_flag; ///< 0 or 1
+    bool        is_flag; ///< the values are 0 or 1
 } sim_column_t;
 
 extern const sim_column_t sim_columns[SIM_COLUMNS_MAX];
 
-/// How many of them a trace has.
+/// Returns the number of columns of a trace.
 unsigned sim_column_count(bool learns);
 
-/// A row's values; as many as it has.
+/// Writes a row's values, as many as the trace has columns.
 unsigned sim_column_values(const sim_row_t *row, double values[SIM_COLUMNS_MAX]);
 
 #endif

@@ -1,5 +1,5 @@
-/// A scenario as the simulator holds it: every key of a scenario file as a field, in physical units. Keys, units, ranges and
-/// defaults: loop/loop_keys.c and keys.c; `tribo-sim list --keys` prints them.
+/// A scenario in the simulator: every key of a scenario file as a field, in physical units. loop/loop_keys.c and keys.c have
+/// the keys, units, ranges and defaults; `tribo-sim list --keys` prints them.
 
 #ifndef SIM_CONFIG_H
 #define SIM_CONFIG_H
@@ -11,7 +11,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define SIM_DESCRIPTION_MAX 200 ///< bytes
+#define SIM_DESCRIPTION_MAX 200 ///< bytes of a description
 
 typedef struct
 {
@@ -21,7 +21,7 @@ typedef struct
     common_friction_config_t friction;
     common_arm_config_t      arm;
     sim_drive_error_t        drive_error;
-    double                   own[SIM_TRUTH_COUNT][SIM_TRUTH_DOUBLES_MAX]; ///< the models' own parameters, each a struct
+    double own[SIM_TRUTH_COUNT][SIM_TRUTH_DOUBLES_MAX]; ///< the models' own parameters, a struct for each
 } sim_plant_keys_t;
 
 typedef struct
@@ -33,7 +33,7 @@ typedef struct
 typedef struct
 {
     double            start_s;
-    common_optional_t end_s; ///< left out: the end of the run
+    common_optional_t end_s; ///< missing: the end of the run
 } sim_metrics_config_t;
 
 typedef enum
@@ -45,7 +45,7 @@ typedef enum
 
 typedef struct
 {
-    common_loop_keys_t   loop; ///< first: see common_scenario_create_of
+    common_loop_keys_t   loop; ///< must stand first, see common_scenario_create_of
     char                 description[SIM_DESCRIPTION_MAX + 1];
     sim_arithmetic_t     arithmetic;
     double               duration_s; ///< 0: not given yet
@@ -54,12 +54,12 @@ typedef struct
     sim_metrics_config_t metrics;
 } sim_config_t;
 
-/// All defaults: the paper's loop and plant. Null if there is no memory.
+/// Creates a scenario with all defaults: the paper's loop and plant. Null if there is no memory.
 common_scenario_t *sim_scenario_create(void);
 
 const sim_config_t *sim_scenario_config(const common_scenario_t *scenario);
 
-/// Checks what belongs together and what is missing.
+/// Checks keys against each other, and that no required key is missing.
 bool sim_scenario_check(const common_scenario_t *scenario, common_error_t *error);
 
 #endif

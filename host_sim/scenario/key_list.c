@@ -10,7 +10,7 @@ typedef struct
     char range[COMMON_WORDS_MAX], standard[64];
 } words_t;
 
-/// A key's range and default as text, "-" if there is none.
+/// Writes a key's range and default as text, "-" if there is none.
 static void describe(words_t *words, const char *path, const common_key_t *key)
 {
     *words                  = (words_t){.range = "-", .standard = "-"};
@@ -64,7 +64,7 @@ static void print_heading(const char *title)
     (void)printf("\n### %s\n\n| key | unit | range | default | what |\n|---|---|---|---|---|\n", title);
 }
 
-/// In a cell of a table a '|' would end it.
+/// Escapes each '|', which would end a cell of a table.
 static void print_escaped(const char *text)
 {
     for (; *text != '\0'; text++)

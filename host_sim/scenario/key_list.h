@@ -1,9 +1,9 @@
-/// The table of keys for people: `tribo-sim list --keys` and `--markdown`.
+/// Prints the table of keys for people: `tribo-sim list --keys` and `--markdown`.
 
 #ifndef SIM_KEY_LIST_H
 #define SIM_KEY_LIST_H
 
-/// On standard output: "key | type | range | default" a line, or tables in Markdown.
+/// Prints a line "key | type | range | default" for each key, or tables in Markdown, to standard output.
 void sim_key_list_print(void);
 void sim_key_list_print_markdown(void);
 

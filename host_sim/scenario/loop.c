@@ -19,8 +19,8 @@ sim_learned_t sim_loop_learned(const sim_loop_t *loop, double force_n)
     return loop->functions->learned(loop, force_n);
 }
 
-/// What L(|F|) can hold of what was learned between `low_n` and `high_n`: on one side of 0 all of it, on both sides their mean, from
-/// which a wrong scale of u drops out.
+/// Reduces the breakaway learned between `low_n` and `high_n` to a law L(|F|). On one side of 0 the law holds all of it; on
+/// both sides it holds their mean, from which a wrong scale of u cancels out.
 static sim_learned_t learned_at_load(const sim_loop_t *loop, double load_n, double low_n, double high_n)
 {
     const sim_learned_t above = sim_loop_learned(loop, high_n > 0.0 ? load_n : -load_n);
@@ -32,7 +32,7 @@ static sim_learned_t learned_at_load(const sim_loop_t *loop, double load_n, doub
     return both;
 }
 
-/// The line through two breakaways, as a law can hold it: at 0 N at least a hundredth of the far one.
+/// Puts a line through two breakaways, in the form of a law: at 0 N at least a hundredth of the breakaway at the larger force.
 static void line_through(double near_n, double near_L_n, double far_n, double far_L_n, double *offset_n, double *slope)
 {
     const double least = 0.01 * far_L_n;
@@ -51,7 +51,7 @@ void sim_loop_learned_breakaway(const sim_loop_t                *loop,
                                 double                           high_n,
                                 common_breakaway_config_t       *learned)
 {
-    // Where it was learned: far from there a learned load can make it less than nothing.
+    // Evaluate breakaway where it was learned; far from there a learned load can make it negative.
     const bool   around_0 = low_n < 0.0 && high_n > 0.0;
     const double ends[2]  = {fmin(fabs(low_n), fabs(high_n)), fmax(fabs(low_n), fabs(high_n))};
     const double near_n   = around_0 || ends[1] < 1.1 * ends[0] ? 0.0 : ends[0];

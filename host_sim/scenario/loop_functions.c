@@ -72,7 +72,7 @@ static void signals_of(const sim_loop_t               *loop,
 #define FORCE(place, text, f32, q31) signals->f32 = (float)force(loop, words[TRIBO_SIGNAL_##place]);
     TRIBO_SIGNAL_FORCES(FORCE)
 #undef FORCE
-#if TRIBO_IS_Q31 // a rise in a tick
+#if TRIBO_IS_Q31 // Q31 has the rise in a tick
     friction->v_n_per_s = (float)(force(loop, words[TRIBO_SIGNAL_RATE]) / loop->sample_time_s);
 #endif
     signals->controller.limited = (words[TRIBO_SIGNAL_FLAGS] & TRIBO_SIGNAL_LIMITED) != 0u;

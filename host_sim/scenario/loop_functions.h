@@ -1,4 +1,4 @@
-/// What depends on the arithmetic in loop.h. loop_functions.c has it, compiled once for each.
+/// The functions of loop.h that depend on the arithmetic. loop_functions.c is compiled once for each.
 
 #ifndef SIM_LOOP_FUNCTIONS_H
 #define SIM_LOOP_FUNCTIONS_H
@@ -9,7 +9,7 @@ typedef struct sim_loop_functions
 {
     tribo_status_t (*init)(sim_loop_t *loop, const common_loop_config_t *config);
     sim_learned_t (*learned)(const sim_loop_t *loop, double force_n);
-    double (*largest_n)(const sim_loop_t *loop); ///< credible force
+    double (*largest_n)(const sim_loop_t *loop); ///< largest credible force
     uint32_t (*word)(const sim_loop_t *loop, double force_n);
     double (*force)(const sim_loop_t *loop, uint32_t word);
     double (*step)(sim_loop_t *loop, double r_n, double y_n, tribo_force_loop_f32_signals_t *seen);

@@ -33,10 +33,10 @@ static void print_row(const char *field,
     (void)fputs(" |\n", stdout);
 }
 
-// The field as text; a config without it does not compile.
+// The field as text. A config without this field does not compile.
 #define FIELD(config, path) (sizeof(((config *)0)->path) != 0 ? #path : "")
 
-// Where a group's members are.
+// Where the members of a group are.
 #define AT_SAMPLE(member)      FIELD(tribo_force_loop_f32_config_t, member)
 #define AT_INPUT(member)       FIELD(tribo_force_loop_f32_config_t, member)
 #define AT_GAIN(member)        FIELD(tribo_force_loop_f32_config_t, member)
@@ -49,11 +49,11 @@ static void print_row(const char *field,
 #define AT_SENSORLESS(member)  FIELD(tribo_sensorless_f32_config_t, member)
 #define AT_FEEDFORWARD(member) FIELD(tribo_feedforward_f32_config_t, member)
 #define AT_GUARD(member)       FIELD(tribo_guard_f32_config_t, member)
-#define AT_SCALE(member)       #member // an argument
+#define AT_SCALE(member)       #member // an argument, not a field
 
 #define ROW(group, symbol, member, key, unit, low, high, standard, change, number, condition, text)                    \
     print_row(AT_##group(member), "`" TRIBO_KEY_##group key "`", unit, low, high, standard, text);
-// The length of a list, which in a scenario is as long as it is.
+// The length of a list has no key, because a scenario's list has its own length.
 #define LENGTH(group, symbol, member, key, unit, low, high, standard, change, number, condition, text)                 \
     print_row(AT_##group(member), "-", unit, low, high, standard, text);
 #define POINT(symbol, member, key, unit, low, high, text)                                                              \

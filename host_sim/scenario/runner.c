@@ -10,9 +10,9 @@
 #include <inttypes.h>
 #include <math.h>
 
-#define DIVERGED 1e15 ///< N, N/s: beyond what any finite parameters make of forces up to 1e6 N
+#define DIVERGED 1e15 ///< N or N/s; no stable plant gets there from forces up to 1e6 N
 
-/// Squares and largest values over the metrics window.
+/// Sums of squares and largest values over the metrics window.
 typedef struct
 {
     double   error_squares, measured_squares, max_error_n;
@@ -31,16 +31,16 @@ typedef struct
 
     common_loop_config_t loop_config;
     sim_loop_t           loop;
-    sim_target_t        *target; ///< null: the loop runs here
+    sim_target_t        *target; ///< null: the loop runs on this host
     uint64_t             open_limited_ticks;
     sim_learned_t        learned;
     sim_idle_t           idle;
-    double               low_n, high_n; ///< of r
+    double               low_n, high_n; ///< range of r
     metrics_t            metrics;
     sim_activity_t       activity;
 
     uint64_t ticks;
-    unsigned steps; ///< of the plant, a tick
+    unsigned steps; ///< plant steps in a tick
 } run_t;
 
 static void tear_down(run_t *run)
@@ -95,7 +95,7 @@ static bool set_up(run_t                   *run,
                                          .high_n  = -(double)INFINITY};
     run->activity              = (sim_activity_t){.move_n = SIM_ACTIVITY_MOVE * config->loop.limits.full_scale_n};
     common_loop_config_fill(&run->loop_config, &config->loop);
-    // A target has a loop of its own; this one then only checks the config.
+    // A target has a loop of its own; this one only checks the config then.
     const bool           q31    = run->options.q31;
     const tribo_status_t status = sim_loop_init(&run->loop, q31, &run->loop_config, config->loop.limits.full_scale_n);
     const bool           ok     = common_check_status(scenario, status, error) &&
@@ -115,7 +115,7 @@ bool sim_run_learns(const sim_config_t *config)
            config->loop.controller.kind != COMMON_CONTROLLER_NONE;
 }
 
-/// What a trace holds must be finite, and what a summary squares far from too large.
+/// Checks that a trace's values are finite, and far enough from overflow for the squares in a summary.
 static bool check_row(const sim_row_t *row, common_error_t *error)
 {
     const sim_truth_signals_t *truth = &row->plant.truth;
@@ -127,14 +127,14 @@ static bool check_row(const sim_row_t *row, common_error_t *error)
         {
             return common_error_set(
                 error,
-                "the simulated plant diverges at t = %g s: its parameters do not go with plant.step_s",
+                "the simulated plant diverges at t = %g s: plant.step_s is too long for its parameters",
                 row->t_s);
         }
     }
     return true;
 }
 
-/// u is r within the limits; of the loop's signals there is the command alone.
+/// Plays an open loop: u is r within the limits, and the only signal of the loop is the command.
 static void open_loop(const common_limits_config_t *limits, sim_row_t *row)
 {
     row->u_n                     = fmin(fmax(row->r_n, limits->u_min_n), limits->u_max_n);
@@ -144,13 +144,13 @@ static void open_loop(const common_limits_config_t *limits, sim_row_t *row)
     row->loop.controller.limited = row->u_n != row->r_n;
 }
 
-/// The loop here, or the target's twin here, which has the same bits.
+/// Returns the loop on this host, or the target's twin on this host, which has the same bits.
 static const sim_loop_t *loop_of(const run_t *run)
 {
     return run->target != NULL ? sim_target_twin(run->target) : &run->loop;
 }
 
-/// After the loop's step. `last` is of the tick before.
+/// Counts a tick after the loop's step. `last` belongs to the tick before.
 static void note_idle(run_t *run, const sim_row_t *row, double last_r_n, double last_force_n)
 {
     const uint64_t bad  = sim_loop_bad_inputs(loop_of(run));
@@ -170,7 +170,8 @@ static void note_idle(run_t *run, const sim_row_t *row, double last_r_n, double 
     idle->travel_n += fabs(row->force_n - last_force_n);
 }
 
-/// One tick and the plant steps after it. `row` was zeroed before the first: what a model or a loop has not, stays 0.
+/// Runs one tick and the plant steps after it. `row` was zeroed before the first tick, so values that a model or a loop does
+/// not have stay 0.
 static bool advance(run_t *run, uint64_t tick, sim_row_t *row, common_error_t *error)
 {
     const double last_r_n     = row->r_n;
@@ -214,7 +215,7 @@ static bool advance(run_t *run, uint64_t tick, sim_row_t *row, common_error_t *e
 static bool in_window(const sim_config_t *config, const sim_row_t *row)
 {
     const double end_s = config->metrics.end_s.is_given ? config->metrics.end_s.value : config->duration_s;
-    // A tick at the window's edge counts as in at the start and as out at the end, rounding or not.
+    // A tick at the edge of the window is inside at its start and outside at its end, whatever the rounding.
     const double t_s = row->t_s + 0.5 * config->loop.sample_time_s;
     return t_s >= config->metrics.start_s && t_s <= end_s;
 }
@@ -231,7 +232,7 @@ static void measure(run_t *run, const sim_row_t *row)
     sim_activity_add(&run->activity, row->r_n, row->u_n, (row->loop.compensator.friction.relays & TRIBO_RELAY_Q) != 0u);
 }
 
-/// Adds a tick's squares; the sums become the RMS at the end.
+/// Adds a tick's squares. The sums become the RMS at the end.
 static void compare(sim_difference_t *difference, const sim_row_t *f32, const sim_row_t *q31)
 {
     const double u     = q31->u_n - f32->u_n;
@@ -272,7 +273,7 @@ static sim_result_t result_of(const run_t *run)
     return result;
 }
 
-/// What the target counted and how it compares; nothing without one.
+/// Takes the target's counters and its comparison with the host; does nothing without a target.
 static bool finish_target(const run_t *run, sim_summary_t *summary, common_error_t *error)
 {
     if (run->target == NULL)
@@ -290,7 +291,7 @@ static bool finish_target(const run_t *run, sim_summary_t *summary, common_error
     return true;
 }
 
-/// One tick of each loop.
+/// Runs one tick of each loop.
 static bool advance_all(run_t *runs, unsigned count, uint64_t tick, sim_row_t *rows, common_error_t *error)
 {
     for (unsigned i = 0; i < count; i++)
@@ -308,7 +309,7 @@ static bool advance_all(run_t *runs, unsigned count, uint64_t tick, sim_row_t *r
     return true;
 }
 
-/// From rest to the end.
+/// Runs from rest to the end.
 static bool play(run_t            *runs,
                  unsigned          count,
                  sim_row_handler_t handler,

@@ -51,7 +51,7 @@ bool sim_summary_not_learned(const sim_result_t *result, uint64_t ticks, char te
     (void)snprintf(
         text,
         SIM_NOT_LEARNED_SIZE,
-        "F travelled %.3g N; r stood in %.0f %% of the ticks, u was at a limit in %.0f %%, r or y bad in %.0f %%",
+        "F travelled %.3g N; r stood in %.0f %% of the ticks, u was at a limit in %.0f %%, r or y was bad in %.0f %%",
         idle->travel_n,
         (double)idle->standing / all,
         (double)idle->limited / all,

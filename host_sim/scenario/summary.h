@@ -1,4 +1,4 @@
-/// What a run amounts to. Errors, variation, chatter and switches are over the metrics window, the other counters over the whole run.
+/// The results of a run. Errors, variation, chatter and switches cover the metrics window, the other counters the whole run.
 
 #ifndef SIM_SUMMARY_H
 #define SIM_SUMMARY_H
@@ -10,33 +10,33 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// Ticks of a run from which nothing can be learned, by the first of these that is so.
+/// Ticks of a run from which nothing can be learned, by the first reason that applies.
 typedef struct
 {
     uint64_t bad_inputs;
     uint64_t limited;  ///< u at a limit
-    uint64_t standing; ///< r as in the tick before
-    double   travel_n; ///< of F, in all ticks
+    uint64_t standing; ///< r equal to that of the tick before
+    double   travel_n; ///< travel of F in all ticks
 } sim_idle_t;
 
 /// One loop on its plant.
 typedef struct
 {
-    double                    rms_error_n;          ///< of r - F
+    double                    rms_error_n;          ///< rms of r - F
     double                    max_error_n;          ///< largest |r - F|
-    double                    rms_measured_error_n; ///< of r - y
+    double                    rms_measured_error_n; ///< rms of r - y
     sim_activity_t            activity;
     uint64_t                  limited_ticks;
     uint64_t                  bad_inputs;
-    const char               *guard;  ///< why it has faded the compensation; null: there is none
-    bool                      learns; ///< `learned` is there: at the last r
+    const char               *guard;  ///< why the guard has faded the compensation; null: there is no guard
+    bool                      learns; ///< `learned` is valid, at the last r
     sim_learned_t             learned;
     sim_idle_t                idle;
-    double                    usual_force_n; ///< where breakaway was taken for the widths of the feed-forward
-    common_breakaway_config_t breakaway;     ///< learned, at all forces
+    double                    usual_force_n; ///< force whose breakaway sets the widths of the feed-forward
+    common_breakaway_config_t breakaway;     ///< learned breakaway at all forces
 } sim_result_t;
 
-/// Of two loops over the metrics window: Q31 minus f32.
+/// The difference of two loops over the metrics window: Q31 minus f32.
 typedef struct
 {
     double max_u_n, rms_u_n;
@@ -48,19 +48,19 @@ typedef struct
     sim_result_t result;
     uint64_t     ticks;
     double       simulated_s;
-    double       wall_s; ///< of the loop, with what is written meanwhile
+    double       wall_s; ///< wall time of the loop, including output written meanwhile
     double       real_time_factor;
 
-    const char         *target; ///< null: the loop ran on this host alone
-    bool                q31;    ///< on the target
+    const char         *target; ///< null: the loop ran only on this host
+    bool                q31;    ///< arithmetic of the target
     sim_target_result_t lock_step;
 
-    bool             both; ///< the rest is there
+    bool             both; ///< the members below are valid
     sim_result_t     result_q31;
     sim_difference_t difference;
 } sim_summary_t;
 
-/// The summary as a JSON object, to be freed with free(); null if there is no memory. Keys carry their units:
+/// Returns the summary as a JSON object, to be freed with free(); null if there is no memory. Keys carry their units:
 ///
 ///     always               rms_error_N, max_error_N, rms_measured_error_N, u_variation_N, variation_ratio (null if r is at rest),
 ///                          chatter_ticks, Q_switches, ticks, limited_ticks, bad_inputs, simulated_s, wall_s, real_time_factor
@@ -74,7 +74,8 @@ char *sim_summary_to_json(const sim_summary_t *summary);
 
 #define SIM_NOT_LEARNED_SIZE 128
 
-/// Writes why a run of `ticks` has learned too little: a relative variance above 0.5 in a direction. False: it has learned.
+/// Writes why a run of `ticks` has learned too little, i.e. has a relative variance above 0.5 in a direction. Returns false
+/// if it has learned enough.
 bool sim_summary_not_learned(const sim_result_t *result, uint64_t ticks, char text[SIM_NOT_LEARNED_SIZE]);
 
 #endif

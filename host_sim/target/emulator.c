@@ -14,9 +14,9 @@
 #include <unistd.h>
 
 #define MESSAGE_SIZE (4u * (TRIBO_WIRE_HEADER_WORDS + TRIBO_WIRE_WORDS_MAX))
-#define SLICE_MS     50  // between checks for the end of the process
+#define SLICE_MS     50  // time between checks for the end of the process
 #define PIPE_FD_MIN  10  // keeps the pipes off the numbers that the child needs
-#define MESSAGE_S    1   // from the first to the last byte of a message
+#define MESSAGE_S    1   // longest time from the first to the last byte of a message
 #define LINE_SIZE    256 // longest log line kept
 
 typedef struct
@@ -26,7 +26,7 @@ typedef struct
 
 struct sim_emulator
 {
-    pid_t   process; ///< 0: none, or its end is known
+    pid_t   process; ///< 0: no process, or its end is known
     pipe_t  to_target, from_target, log;
     char    line[LINE_SIZE];
     uint8_t message[MESSAGE_SIZE];
@@ -49,7 +49,7 @@ static void close_pipe(pipe_t *ends)
     close_end(&ends->write);
 }
 
-/// A pipe whose ends close in any program started from here.
+/// Opens a pipe whose ends close in any program started from here.
 static bool open_pipe(pipe_t *ends)
 {
     int raw[2];
@@ -69,14 +69,15 @@ static bool do_not_block(int end)
     return fcntl(end, F_SETFL, O_NONBLOCK) == 0;
 }
 
-/// This program's ends do not block, nor does the log: when it is full, the emulator's output is dropped.
+/// Opens the pipes. This program's ends do not block. The log does not block either: when it is full, the emulator's output
+/// is dropped.
 static bool open_pipes(sim_emulator_t *emulator, common_error_t *error)
 {
     if (!open_pipe(&emulator->to_target) || !open_pipe(&emulator->from_target) || !open_pipe(&emulator->log) ||
         !do_not_block(emulator->to_target.write) || !do_not_block(emulator->from_target.read) ||
         !do_not_block(emulator->log.read) || !do_not_block(emulator->log.write))
     {
-        (void)common_error_set(error, "no pipes to the emulator: %s", strerror(errno));
+        (void)common_error_set(error, "pipes to the emulator cannot be opened: %s", strerror(errno));
         return false;
     }
     return true;
@@ -84,7 +85,7 @@ static bool open_pipes(sim_emulator_t *emulator, common_error_t *error)
 
 // --- the process ---------------------------------------------------------------------------------------------------
 
-/// The child's side of fork: never returns. If it cannot start, writes the reason to `report`.
+/// Runs the child's side of fork and never returns. If the command cannot start, the reason goes to `report`.
 static void become(const sim_emulator_t *emulator, char *const *command, int report, pid_t parent)
 {
     const int  nothing = open("/dev/null", O_RDONLY);
@@ -191,7 +192,7 @@ const char *sim_emulator_last_line(sim_emulator_t *emulator)
     return emulator->line;
 }
 
-/// True once the process has ended, with its status.
+/// Returns true once the process has ended, with its status.
 static bool has_ended(sim_emulator_t *emulator, int *status)
 {
     if (waitpid(emulator->process, status, WNOHANG) != emulator->process)
@@ -256,7 +257,7 @@ bool sim_emulator_send(sim_emulator_t *emulator,
     // At most one message is in the pipe, which holds far more.
     const size_t size = 4u * (TRIBO_WIRE_HEADER_WORDS + (size_t)count);
     return write(emulator->to_target.write, emulator->message, size) == (ssize_t)size ||
-           common_error_set(error, "the emulator does not take what it is sent");
+           common_error_set(error, "the emulator does not read its messages");
 }
 
 static bool is_in_time(double deadline_s, bool begun, common_error_t *error)
@@ -284,7 +285,7 @@ static bool wait_for_more(sim_emulator_t *emulator, double deadline_s, bool begu
         }
         if ((answer.revents & POLLHUP) != 0)
         {
-            (void)poll(NULL, 0, 1); // pipe closed, process not yet ended
+            (void)poll(NULL, 0, 1); // the pipe is closed, but the process has not ended yet
         }
     }
     return is_in_time(deadline_s, begun, error);
@@ -324,7 +325,7 @@ bool sim_emulator_receive(sim_emulator_t *emulator,
     }
     if (get_word(emulator->message) != kind || get_word(emulator->message + 4) != count)
     {
-        return common_error_set(error, "the emulator's program does not speak this program's language");
+        return common_error_set(error, "the emulator's program sends messages of another kind or version");
     }
     for (uint32_t i = 0; i < count; i++)
     {

@@ -16,7 +16,7 @@
 
 #define CRC_WORDS    1u
 #define MESSAGE_SIZE (4u * (TRIBO_WIRE_HEADER_WORDS + TRIBO_WIRE_WORDS_MAX + CRC_WORDS))
-#define HELLO_S      0.3 // between two questions
+#define HELLO_S      0.3 // time between two HELLOs
 #define DEVICE_MAX   4096
 
 struct sim_serial
@@ -45,7 +45,7 @@ static speed_t speed_of(unsigned long baud)
     return B0;
 }
 
-/// "DEVICE" or "DEVICE,BAUD".
+/// Parses "DEVICE" or "DEVICE,BAUD".
 static bool parse(const char *text, char device[DEVICE_MAX], speed_t *speed, common_error_t *error)
 {
     const char  *comma  = strrchr(text, ',');
@@ -60,10 +60,10 @@ static bool parse(const char *text, char device[DEVICE_MAX], speed_t *speed, com
     char *end = NULL;
     *speed    = comma != NULL ? speed_of(strtoul(comma + 1, &end, 10)) : speed_of(SIM_SERIAL_BAUD);
     return (*speed != B0 && (end == NULL || *end == '\0')) ||
-           common_error_set(error, "serial:%s: there are 9600, 57600, 115200, 230400, 460800 and 921600 baud", text);
+           common_error_set(error, "serial:%s: rates are 9600, 57600, 115200, 230400, 460800 and 921600 baud", text);
 }
 
-/// 8N1, raw bytes, no flow control.
+/// Sets the line to 8N1, raw bytes, no flow control.
 static bool set_raw(int line, speed_t speed)
 {
     struct termios settings;
@@ -118,7 +118,7 @@ void sim_serial_close(sim_serial_t *serial)
     free(serial);
 }
 
-/// Waits until the line is ready for `events`; false at `deadline_s` or when the device is gone.
+/// Waits until the line is ready for `events`. Returns false at `deadline_s` or when the device is gone.
 static bool wait_for_line(const sim_serial_t *serial, short events, double deadline_s)
 {
     const double  left_s = deadline_s - common_clock_s();
@@ -141,7 +141,7 @@ static uint32_t get_word(const uint8_t *bytes)
     return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
 }
 
-/// CRC-32 as in IEEE 802.3.
+/// Computes the CRC-32 of IEEE 802.3.
 static uint32_t crc_of(const uint8_t *bytes, size_t size)
 {
     uint32_t crc = UINT32_MAX;
@@ -175,13 +175,13 @@ bool sim_serial_send(sim_serial_t *serial, uint32_t kind, const uint32_t *words,
         sent += some > 0 ? (size_t)some : 0u;
         if (some <= 0 && !wait_for_line(serial, POLLOUT, deadline_s))
         {
-            return common_error_set(error, "the serial line does not take what it is sent");
+            return common_error_set(error, "the serial line accepts no more bytes");
         }
     }
     return true;
 }
 
-/// Reads until `have` is `size`; false at the deadline.
+/// Reads until `have` is `size`. Returns false at the deadline.
 static bool read_until(sim_serial_t *serial, size_t *have, size_t size, double deadline_s)
 {
     while (*have < size)
@@ -209,7 +209,7 @@ static bool is_header(const sim_serial_t *serial, uint32_t kind, uint32_t count)
     return get_word(serial->message) == kind && get_word(serial->message + 4) == count;
 }
 
-/// A complete message of any kind, into serial->message.
+/// Receives a complete message of any kind into serial->message.
 static bool read_message(sim_serial_t *serial, double deadline_s, common_error_t *error)
 {
     size_t have = 0;
@@ -220,7 +220,7 @@ static bool read_message(sim_serial_t *serial, double deadline_s, common_error_t
         const uint32_t count = get_word(serial->message + 4);
         if (count > TRIBO_WIRE_WORDS_MAX)
         {
-            return common_error_set(error, "the board does not speak this program's language");
+            return common_error_set(error, "the board sends messages of another kind or version");
         }
         size += 4u * (size_t)count;
         ok = read_until(serial, &have, size + 4u, deadline_s);
@@ -243,10 +243,10 @@ bool sim_serial_receive(sim_serial_t *serial, uint32_t kind, uint32_t *words, ui
         {
             return false;
         }
-    } while (get_word(serial->message) == TRIBO_WIRE_HELLO); // an answer to an earlier question
+    } while (get_word(serial->message) == TRIBO_WIRE_HELLO); // this answers an earlier HELLO
     get_words(serial, words, count);
     return is_header(serial, kind, count) ||
-           common_error_set(error, "the board does not speak this program's language");
+           common_error_set(error, "the board sends messages of another kind or version");
 }
 
 /// Finds an answer to HELLO anywhere in the bytes received until `deadline_s`.

@@ -18,12 +18,12 @@ typedef struct sim_serial sim_serial_t;
 sim_serial_t *sim_serial_open(const char *device, common_error_t *error);
 void          sim_serial_close(sim_serial_t *serial);
 
-/// Asks for HELLO until the board answers; drops earlier bytes.
+/// Requests HELLO until the board answers, and drops earlier bytes.
 bool sim_serial_hello(sim_serial_t *serial, uint32_t *words, uint32_t count, common_error_t *error);
 
 bool sim_serial_send(sim_serial_t *serial, uint32_t kind, const uint32_t *words, uint32_t count, common_error_t *error);
 
-/// Receives the next message. Fails unless it is complete, of this kind and of this length.
+/// Receives the next message. Fails unless the message is complete and has this kind and length.
 bool sim_serial_receive(sim_serial_t *serial, uint32_t kind, uint32_t *words, uint32_t count, common_error_t *error);
 
 #endif

@@ -23,7 +23,7 @@
 typedef struct
 {
     const char *name;
-    const char *tree; ///< preset that builds its image
+    const char *tree; ///< preset that builds the image
     const char *machine[MACHINE_MAX];
 } model_t;
 
@@ -41,12 +41,12 @@ struct sim_target
     const model_t  *model; ///< null: a board on a serial line
     sim_emulator_t *emulator;
     sim_serial_t   *serial;
-    sim_loop_t      host; ///< the same loop, computed here
+    sim_loop_t      host; ///< the same loop, computed on this host
     uint32_t        period_us;
     uint64_t        ticks, different_ticks;
     double          busy_s;
-    uint32_t        tock[TRIBO_TOCK_WORDS]; ///< of the last tick
-    char            difference[256];        ///< the first one
+    uint32_t        tock[TRIBO_TOCK_WORDS]; ///< answer to the last tick
+    char            difference[256];        ///< the first difference
 };
 
 static const model_t *model_of(const char *name)
@@ -163,7 +163,7 @@ static bool start_emulator(sim_target_t *target, common_error_t *error)
     return target->emulator != NULL || blame(target, &inner, error);
 }
 
-/// Disables two fault checks: time in the emulator is exact, and a simulated sensor may repeat its value for long.
+/// Turns off two fault checks, because time in the emulator is exact and a simulated sensor may repeat its value for long.
 static void fill_setup(uint32_t                    words[TRIBO_SETUP_WORDS],
                        const sim_target_t         *target,
                        const common_loop_config_t *config)
@@ -189,7 +189,7 @@ static bool say_hello(sim_target_t *target, const common_loop_config_t *config, 
     }
     if (hello[TRIBO_HELLO_VERSION] != TRIBO_WIRE_VERSION || hello[TRIBO_HELLO_Q31] != (uint32_t)target->host.q31)
     {
-        return common_error_set(error, "the image is of another version or arithmetic; build it again");
+        return common_error_set(error, "the image has another version or arithmetic; build it again");
     }
     if (hello[TRIBO_HELLO_FAULT] != FAULT_NONE)
     {
@@ -203,7 +203,7 @@ static bool say_hello(sim_target_t *target, const common_loop_config_t *config, 
     }
     return ready[TRIBO_READY_STATUS] == (uint32_t)TRIBO_OK ||
            common_error_set(error,
-                            "the target refuses what the host took: %s",
+                            "the target refuses a config that the host accepts: %s",
                             tribo_status_text((tribo_status_t)ready[TRIBO_READY_STATUS]));
 }
 
@@ -265,7 +265,7 @@ static void compare(sim_target_t *target, const uint32_t words[TRIBO_SIGNAL_WORD
         {
             (void)snprintf(target->difference,
                            sizeof target->difference,
-                           "%s of tick %" PRIu64 " is %08" PRIx32 ", %08" PRIx32 " on the host",
+                           "%s in tick %" PRIu64 " is %08" PRIx32 ", but %08" PRIx32 " on the host",
                            names[i],
                            target->ticks,
                            seen[i],
@@ -277,7 +277,7 @@ static void compare(sim_target_t *target, const uint32_t words[TRIBO_SIGNAL_WORD
     {
         (void)snprintf(target->difference,
                        sizeof target->difference,
-                       "the guard's cause of tick %" PRIu64 " is %" PRIu32 ", %" PRIu32 " on the host",
+                       "the guard's cause in tick %" PRIu64 " is %" PRIu32 ", but %" PRIu32 " on the host",
                        target->ticks,
                        target->tock[TRIBO_TOCK_GUARD],
                        guard);
@@ -285,7 +285,7 @@ static void compare(sim_target_t *target, const uint32_t words[TRIBO_SIGNAL_WORD
     }
     (void)snprintf(target->difference,
                    sizeof target->difference,
-                   "the command of tick %" PRIu64 " is %08" PRIx32 ", not u, %08" PRIx32,
+                   "the command in tick %" PRIu64 " is %08" PRIx32 ", but u is %08" PRIx32,
                    target->ticks,
                    target->tock[TRIBO_TOCK_COMMAND],
                    words[TRIBO_SIGNAL_U]);
@@ -349,7 +349,7 @@ bool sim_target_step(sim_target_t                   *target,
     return true;
 }
 
-/// An emulator ends; a board answers with its cycles.
+/// Ends the session: an emulator ends, a board answers with its cycles.
 static bool wait_for_end(sim_target_t *target, uint32_t cycles[TRIBO_CYCLES_WORDS], common_error_t *error)
 {
     return target->serial != NULL

@@ -1,5 +1,6 @@
-/// The drive's firmware on an emulated microcontroller, or on a board at a serial line (serial:DEVICE), in lock-step with the
-/// plant here. The same loop runs on the host, and each word from the target is compared with the host's, bit by bit.
+/// Runs the drive's firmware on an emulated microcontroller, or on a board at a serial line (serial:DEVICE), in lock-step
+/// with the plant on this host. The same loop runs on the host, and each word from the target is compared with that of the
+/// host, bit by bit.
 
 #ifndef SIM_TARGET_H
 #define SIM_TARGET_H
@@ -16,12 +17,12 @@ typedef struct sim_target sim_target_t;
 typedef struct
 {
     uint64_t ticks;
-    uint64_t different_ticks;                        ///< with a word that differs from the host's
+    uint64_t different_ticks;                        ///< ticks with a word that differs from the host's
     uint64_t limited_ticks;                          ///< counted by the target
     uint64_t bad_inputs;                             ///< counted by the target
-    uint32_t cycles_least, cycles_mean, cycles_most; ///< of a tick on a board with a counter, else 0
-    double   ticks_per_s;                            ///< of wall time in lock-step, without the plant
-    char     difference[512];                        ///< the first one, in words; "" if there is none
+    uint32_t cycles_least, cycles_mean, cycles_most; ///< cycles of a tick on a board with a counter, otherwise 0
+    double   ticks_per_s;                            ///< ticks a second of wall time in lock-step, without the plant
+    char     difference[512];                        ///< text on the first difference; "" if there is none
 } sim_target_result_t;
 
 /// Starts the image for target `name` in its emulator and sets up its loop with `config`, which must outlive it, and in q31
@@ -33,7 +34,7 @@ sim_target_t *sim_target_start(const char                 *name,
                                double                      full_scale_n,
                                common_error_t             *error);
 
-/// One tick of the drive. `u_n` is exactly the command that the power stage receives.
+/// Runs one tick of the drive. `u_n` is exactly the command that the power stage receives.
 bool sim_target_step(sim_target_t                   *target,
                      double                          r_n,
                      double                          y_n,
@@ -41,15 +42,15 @@ bool sim_target_step(sim_target_t                   *target,
                      tribo_force_loop_f32_signals_t *signals,
                      common_error_t                 *error);
 
-/// The same loop, computed here.
+/// Returns the same loop, computed on this host.
 const sim_loop_t *sim_target_twin(const sim_target_t *target);
 
-/// Ends the firmware; false if it does not end as told. A difference from the host is a result, not a failure.
+/// Ends the firmware. Returns false if it does not end as requested. A difference from the host is a result, not a failure.
 bool sim_target_finish(sim_target_t *target, sim_target_result_t *result, common_error_t *error);
 
 void sim_target_destroy(sim_target_t *target);
 
-/// True if this target exists; the names of all, separated by ", ".
+/// Return whether this target exists, and the names of all targets, separated by ", ".
 bool        sim_target_exists(const char *name);
 const char *sim_target_names(void);
 

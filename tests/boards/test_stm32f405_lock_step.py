@@ -93,7 +93,7 @@ def test_board_computes_the_bits_of_the_host_again_and_again(line, arithmetic, t
 
 def test_the_other_arithmetic_is_refused(line):
     line.attach_board(image_of("f32"))
-    line.fails("the image is of another version or arithmetic", "--arith", "q31")
+    line.fails("the image has another version or arithmetic", "--arith", "q31")
 
 
 def at_byte(number, change):
@@ -157,7 +157,7 @@ def test_bytes_that_trickle_in_do_not_extend_the_wait(line):
 @pytest.mark.parametrize("device, message", [
     ("/nowhere", "/nowhere cannot be used as a serial line: No such file or directory"),
     ("/dev/null", "/dev/null cannot be used as a serial line: "), ("", "names no device"), (",9600", "names no device"),
-    ("/dev/null,1", "there are 9600, "), ("/dev/null,9600x", "there are 9600, ")])
+    ("/dev/null,1", "rates are 9600, "), ("/dev/null,9600x", "rates are 9600, ")])
 def test_what_is_no_serial_line_is_refused(device, message):
     done = subprocess.run([SIM, "run", *SHORT, "--target", f"serial:{device}"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                           text=True, timeout=100, check=False)

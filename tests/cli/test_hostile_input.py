@@ -30,7 +30,7 @@ def test_a_scenario_has_at_most_256_kb(sim):
     sim.write("x.yaml", SHORT + "#" * (256 * 1024 - len(SHORT)))
     sim.ok("run", "x.yaml")
     sim.write("x.yaml", SHORT + "#" * (256 * 1024 - len(SHORT) + 1))
-    quickly(sim, "x.yaml: is larger than 256 KB, the most that is read", "run", "x.yaml")
+    quickly(sim, "x.yaml: is larger than 256 KB, the limit for this file", "run", "x.yaml")
     quickly(sim, "/dev/zero:1: a zero byte: this is not a text file", "run", "/dev/zero")
 
 
@@ -65,7 +65,7 @@ def test_a_long_set_is_shown_by_its_start(sim):
 def test_a_reference_that_is_no_file_is_refused(sim, file):
     os.mkfifo(sim.folder / "fifo")
     sim.write("x.yaml", f"duration_s: 0.01\nreference: {{kind: csv, file: {file}}}\n")
-    quickly(sim, f"x.yaml:2: reference.file: {file}: cannot be opened: it is no regular file", "run", "x.yaml")
+    quickly(sim, f"x.yaml:2: reference.file: {file}: cannot be opened: it is not a regular file", "run", "x.yaml")
 
 
 # Nothing that is not finite comes out of a run that succeeds
@@ -114,7 +114,7 @@ def test_a_plant_that_comes_to_no_number_is_an_error(sim):
     sim.write("x.yaml", "duration_s: 2\nreference: {kind: triangle, period_s: 1}\n")
     result = sim("run", "x.yaml", "--out", "d", env=preload(sim, NO_LDEXP))
     assert result.returncode == 1
-    assert re.fullmatch(r"tribo-sim: the simulated plant diverges at t = \S+ s: its parameters do not go with plant.step_s\n",
+    assert re.fullmatch(r"tribo-sim: the simulated plant diverges at t = \S+ s: plant.step_s is too long for its parameters\n",
                         result.stderr)
     assert list((sim.folder / "d").iterdir()) == []
 

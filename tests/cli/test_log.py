@@ -155,32 +155,32 @@ def test_a_row_that_is_missing_is_not_bridged_for_a_broken_one(sim):
 @pytest.mark.parametrize("coding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
 def test_wide_characters_are_named(sim, coding):
     sim.write("log.csv", GOOD.encode(coding))
-    sim.fails(f"log.csv: is text of {'UTF-32' if coding == 'utf-32' else 'UTF-16'}; save it as UTF-8", "log", "log.csv")
+    sim.fails(f"log.csv: is {'UTF-32' if coding == 'utf-32' else 'UTF-16'} text; save it as UTF-8", "log", "log.csv")
 
 
 REFUSED = {
-    "torque without a scale": (GOOD, ["--unit", "u=N m"], "--unit u=...: is no force: --scale u=NUMBER says how many N it"
-                               " stands for (1/lever for a torque in N m)"),
+    "torque without a scale": (GOOD, ["--unit", "u=N m"], "--unit u=...: is not a force: give --scale u=NUMBER, the N for one of this unit"
+                               " (1/lever for a torque in N m)"),
     "no such column": (GOOD, ["--column", "u=torque"], "log.csv:1:1: no column is named torque; there are t_s, u_N, F_N"),
     "no such number": (GOOD.split("\n", 1)[1], ["--column", "t=#1", "--column", "u=#9"],
-                       "log.csv:1:1: no header, so that no column is #9: there are #1 to #3"),
+                       "log.csv:1:1: no header, so no column is named #9; there are #1 to #3"),
     "mapped force": (GOOD, ["--column", "F=force"], "log.csv:1:1: no column is named force; there are t_s, u_N, F_N"),
     "near a name": (GOOD.replace("u_N", "Torque_Cmd"), ["--column", "u=torque_cnd"], "log.csv:1:1: no column is named torque_cnd, did you mean Torque_Cmd?; there are t_s, Torque_Cmd, F_N"),
-    "milliseconds in the line of units": (GOOD.replace("\n", "\n[ms],[N],[N]\n", 1), [], "log.csv: column t_s is in ms: say so by --unit t=ms, or --unit t=s if it is not"),
-    "millinewton behind the name": (GOOD.replace("F_N", "F (raw) [mN]"), ["--column", "F=F (raw) [mN]"], "log.csv: column F (raw) [mN] is in mN: say so by --unit F=mN, or --unit F=N if it is not"),
-    "ampere in the line of units": (GOOD.replace("\n", "\ns;A;N\n".replace(";", ","), 1), [], "log.csv: column u_N is in A: say so by --unit u=A --scale u=NEWTON, or --unit u=N if it is not"),
-    "millinewton of the sensor": (GOOD.replace("F_N", "y_N").replace("\n", "\ns,N,mN\n", 1), [], "log.csv: column F_N is in mN: say so by --unit F=mN, or --unit F=N if it is not"),
+    "milliseconds in the line of units": (GOOD.replace("\n", "\n[ms],[N],[N]\n", 1), [], "log.csv: column t_s is in ms: confirm this by --unit t=ms, or give --unit t=s if it is not"),
+    "millinewton behind the name": (GOOD.replace("F_N", "F (raw) [mN]"), ["--column", "F=F (raw) [mN]"], "log.csv: column F (raw) [mN] is in mN: confirm this by --unit F=mN, or give --unit F=N if it is not"),
+    "ampere in the line of units": (GOOD.replace("\n", "\ns;A;N\n".replace(";", ","), 1), [], "log.csv: column u_N is in A: confirm this by --unit u=A --scale u=NEWTON, or give --unit u=N if it is not"),
+    "millinewton of the sensor": (GOOD.replace("F_N", "y_N").replace("\n", "\ns,N,mN\n", 1), [], "log.csv: column F_N is in mN: confirm this by --unit F=mN, or give --unit F=N if it is not"),
     "a name without its unit": (GOOD.replace("u_N", "torque [Nm]"), ["--column", "u=Torque"], "log.csv:1:1: no column is named Torque, did you mean torque [Nm]?; there are t_s, torque [Nm], F_N"),
-    "one column": (GOOD.replace(",", "|"), [], "log.csv:1:1: no column is named t_s, did you mean t_s|u_N|F_N?; there is one alone: t_s|u_N|F_N"),
+    "one column": (GOOD.replace(",", "|"), [], "log.csv:1:1: no column is named t_s, did you mean t_s|u_N|F_N?; the only column is t_s|u_N|F_N"),
     "below a preamble": ("Rig,7\nDate: today\n" + GOOD.replace("t_s", "clock"), [], "log.csv:3:1: no column is named t_s; there are clock, u_N, F_N"),
     "falling stamps": ("t_s,u_N\n0.003,0\n0.002,0\n0.001,0\n0,0\n", ["--resample"], "log.csv:3:1: t_s: falls from row to row: the log runs backwards"),
     "stamps that begin anew": ("t_s,u_N\n" + "".join(f"{k % 50 / 1000},0\n" for k in range(100)), ["--resample"],
-                               "log.csv:52:1: t_s: goes back by 0.049 s, to 0 s: the clock begins anew here; the parts before and from here on as files of their own are one experiment"),
-    "stamps twice": ("t_s,u_N\n0,0\n0,0\n0.001,0\n0.002,0\n", [], "log.csv:3:1: t_s: 0 does not come after 0; 1 stamps are there twice, 0 go back (--resample mends it)"),
+                               "log.csv:52:1: t_s: goes back by 0.049 s, to 0 s: the clock begins anew here; split the log here and pass both files as one experiment"),
+    "stamps twice": ("t_s,u_N\n0,0\n0,0\n0.001,0\n0.002,0\n", [], "log.csv:3:1: t_s: 0 does not come after 0; 1 stamps appear twice, 0 go back (--resample repairs this)"),
     "behind comments": ("# a\n# b\nt_s,u_N\n0,0\n0.001,x\n", [], "log.csv:5:7: u_N: 'x' is not a number"),
-    "back in time behind comments": ("# a\nt_s,u_N\n0,0\n0.001,0\n0,0\n", [], "log.csv:5:1: t_s: 0 does not come after 0.001; 0 stamps are there twice, 1 go back (--resample mends it)"),
-    "back in time without a header": ("0,0\n0.001,0\n0,0\n", ["--column", "t=#1", "--column", "u=#2"], "log.csv:3:1: #1: 0 does not come after 0.001; 0 stamps are there twice, 1 go back (--resample mends it)"),
-    "comments only": ("# a\n# b\n", [], "log.csv:1:1: no column is named t_s; there is one alone: a"),
+    "back in time behind comments": ("# a\nt_s,u_N\n0,0\n0.001,0\n0,0\n", [], "log.csv:5:1: t_s: 0 does not come after 0.001; 0 stamps appear twice, 1 go back (--resample repairs this)"),
+    "back in time without a header": ("0,0\n0.001,0\n0,0\n", ["--column", "t=#1", "--column", "u=#2"], "log.csv:3:1: #1: 0 does not come after 0.001; 0 stamps appear twice, 1 go back (--resample repairs this)"),
+    "comments only": ("# a\n# b\n", [], "log.csv:1:1: no column is named t_s; the only column is a"),
     "one stamp": ("t_s,u_N\n0,0\n0,0\n", ["--resample"], "log.csv: all stamps are the same"),
     "gaps only": ("t_s,u_N\n0,0\n1,0\n2,0\n", ["--resample", "--gap", "0.1"], "log.csv: no two rows without a gap between them"),
     "a missing file": (GOOD, ["none.csv"], "none.csv: cannot be opened: No such file or directory"),
@@ -199,7 +199,7 @@ def test_a_wrong_unit_lists_what_there_is(sim):
     sim.write("log.csv", GOOD)
     for unit in ("u=ms", "t=N", "u=lbf"):
         result = sim("log", "log.csv", "--unit", unit)
-        assert result.returncode == 2 and result.stderr.startswith(f"tribo-sim: --unit {unit}: there are s, ms, us")
+        assert result.returncode == 2 and result.stderr.startswith(f"tribo-sim: --unit {unit}: units are s, ms, us")
 
 
 def test_the_clean_log_is_not_written_over_the_log(sim):
@@ -289,7 +289,7 @@ def test_several_files_are_one_experiment(sim):
     assert out["u_N"] == (0.1, 0.2, 0.3, 0.5, 0.2, 0.3)
     assert all(b > a for a, b in zip(out["t_s"], out["t_s"][1:]))
     sim.write("slow.csv", "t_s,u_N,F_N\n0,0,0\n0.002,0,0\n")
-    sim.fails("slow.csv: its interval is 0.002 s, that of the file before 0.001 s (--resample makes them alike)",
+    sim.fails("slow.csv: its interval is 0.002 s, that of the file before 0.001 s (--resample makes them equal)",
               "log", "a.csv", "slow.csv")
     sim.write("blind.csv", "t_s,u_N\n0,0\n0.001,0\n")
     sim.fails("blind.csv: column F_N is in one file and not in another", "log", "a.csv", "blind.csv")

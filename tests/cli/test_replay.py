@@ -154,11 +154,11 @@ MISTAKES = {
     "empty file": ("", ":1:1: the file is empty"),
     "nothing but lines": ("\n\r\n \n", ":1:1: the file is empty"),
     "header only": ("t_s,u_N\n", ":2:1: no rows after the header"),
-    "one row": ("t_s,u_N\n0,0.1\n", ":2:1: t_s: one row has no sample time, two at least are expected"),
+    "one row": ("t_s,u_N\n0,0.1\n", ":2:1: t_s: one row gives no sample time; at least two are expected"),
     "no time": ("t,u_N\n0,0.1\n", ":1:1: no column is named t_s, did you mean t?; there are t, u_N"),
     "no input": ("t_s,u\n0,0.1\n", ":1:1: no column is named u_N, did you mean u?; there are t_s, u"),
-    "no header": ("0,0.1\n0.001,0.2\n", ":1:1: no header, so that no column is t_s: there are #1 to #2"),
-    "column twice": ("t_s,u_N,x,u_N\n0,0.1,0,0.1\n", ":1:11: column u_N is there twice"),
+    "no header": ("0,0.1\n0.001,0.2\n", ":1:1: no header, so no column is named t_s; there are #1 to #2"),
+    "column twice": ("t_s,u_N,x,u_N\n0,0.1,0,0.1\n", ":1:11: column u_N appears twice"),
     "text": ("t_s,u_N\n0,0.1\n0.001,abc\n", ":3:7: u_N: 'abc' is not a number"),
     "text in a number": ("t_s,u_N\n0,0.1\n0.001,0.2N\n", ":3:7: u_N: '0.2N' is not a number"),
     "text in a quoted number": ('t_s,u_N\n0,0.1\n0.001, "0.2 N"\n', ":3:8: u_N: '0.2 N' is not a number"),
@@ -172,19 +172,19 @@ MISTAKES = {
     "open quote": ('t_s,u_N\n0,0.1\n0.001,"0.2\n0.002,0.3"\n', ":3:7: a quote is opened and not closed in its line, and 1 more rows of 3 are broken"),
     "text after a quote": ('t_s,u_N\n0,0.1\n"0.001"5,0.2\n', ":3:8: text after a quoted field"),
     "zero byte": (b"t_s,u_N\n0,0.1\n0.001\0,0.2\n", ":3: a zero byte: this is not a text file"),
-    "time stands still": ("t_s,u_N\n0,0.1\n0.001,0.2\n0.001,0.3\n", ":4:1: t_s: 0.001 does not come after 0.001; 1 stamps are there twice, 0 go back (--resample mends it)"),
-    "time goes back": ("u_N,t_s\n0.1,0\n0.2,0.001\n0.3,0\n", ":4:5: t_s: 0 does not come after 0.001; 0 stamps are there twice, 1 go back (--resample mends it)"),
+    "time stands still": ("t_s,u_N\n0,0.1\n0.001,0.2\n0.001,0.3\n", ":4:1: t_s: 0.001 does not come after 0.001; 1 stamps appear twice, 0 go back (--resample repairs this)"),
+    "time goes back": ("u_N,t_s\n0.1,0\n0.2,0.001\n0.3,0\n", ":4:5: t_s: 0 does not come after 0.001; 0 stamps appear twice, 1 go back (--resample repairs this)"),
     "gap": (
         "t_s,u_N\n0,0\n0.001,0\n0.002,0\n0.004,0\n0.005,0\n",
-        ":5:1: t_s: 0.002 s after the row before, where the log's interval is 0.001 s (--resample mends it)",
+        ":5:1: t_s: 0.002 s after the row before, where the log's interval is 0.001 s (--resample repairs this)",
     ),
     "large gap at the start": (
         "t_s,u_N\n0,0\n100,0\n100.001,0\n100.002,0\n",
-        ":3:1: t_s: 100 s after the row before, where the log's interval is 0.001 s (--resample mends it)",
+        ":3:1: t_s: 100 s after the row before, where the log's interval is 0.001 s (--resample repairs this)",
     ),
     "too much jitter": (
         "t_s,u_N\n0,0\n0.001,0\n0.002,0\n0.00298,0\n0.004,0\n0.005,0\n",
-        ":5:1: t_s: 0.00098 s after the row before, where the log's interval is 0.001 s (--resample mends it)",
+        ":5:1: t_s: 0.00098 s after the row before, where the log's interval is 0.001 s (--resample repairs this)",
     ),
     "sample time too long": (
         "t_s,u_N\n0,0\n1,0\n2,0\n",
@@ -224,8 +224,8 @@ def test_a_missing_log(sim):
 PARAM_MISTAKES = {
     "missing": (None, ": cannot be opened: No such file or directory"),
     "empty": ("", ":1: the file is empty"),
-    "a scenario": ("compensator: {gain: 1}\n", ":1: compensator is a scenario's key:"
-                   " a file with the keys of its compensator alone is expected here"),
+    "a scenario": ("compensator: {gain: 1}\n", ":1: compensator is a key of a whole scenario:"
+                   " a file with only the keys of its compensator is expected here"),
     "unknown key": (
         "friction:\n  k_mim: 1\n",
         ":2: unknown key compensator.friction.k_mim, did you mean compensator.friction.k_min?",

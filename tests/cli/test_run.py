@@ -136,8 +136,8 @@ def test_a_run_that_learns_nothing_leaves_no_learned_file(sim):
 @pytest.mark.parametrize("keys, why", [
     (["reference.low_N=0.5", "reference.high_N=0.5000001"], r"F travelled 0\.\d+ N; r stood in 0 %"),
     (["reference.kind=step"], r"r stood in 100 % of the ticks, u was at a limit in 0 %"),
-    (["limits.u_max_N=0.45"], r"F travelled [0-9.]+ N; r stood in 0 % of the ticks, u was at a limit in (9\d|100) %, r or y bad in 0 %"),
-    (["limits.input_max_N=0.46", "duration_s=6", "metrics.start_s=0"], r"r stood in 0 % of the ticks, u was at a limit in 0 %, r or y bad in [1-9]\d %")])
+    (["limits.u_max_N=0.45"], r"F travelled [0-9.]+ N; r stood in 0 % of the ticks, u was at a limit in (9\d|100) %, r or y was bad in 0 %"),
+    (["limits.input_max_N=0.46", "duration_s=6", "metrics.start_s=0"], r"r stood in 0 % of the ticks, u was at a limit in 0 %, r or y was bad in [1-9]\d %")])
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_a_run_that_learns_too_little_says_why(sim, keys, why, arithmetic):
     run = [part for key in keys for part in ("--set", key)]
@@ -186,7 +186,7 @@ def test_without_a_sensor_u_comes_from_r_and_belief_alone(sim, arithmetic):
 
 
 def test_a_loop_without_a_sensor_that_does_not_go_with_the_rest_is_refused(sim):
-    sim.fails("--set compensator.sensor=none: compensator.sensor: none goes with compensator.method feedforward alone",
+    sim.fails("--set compensator.sensor=none: compensator.sensor: none is allowed only with compensator.method feedforward",
               "run", *BLIND, *PAPER)
 
 
@@ -753,9 +753,9 @@ def test_results_have_the_mode_of_any_new_file(sim):
 def test_a_file_where_the_folder_should_be(sim):
     sim.write("x.yaml", SHORT)
     sim.write("d", "mine")
-    sim.fails("d: the folder cannot be made: Not a directory", "run", "x.yaml", "--out", "d")
-    sim.fails("d/e: the folder cannot be made: Not a directory", "run", "x.yaml", "--out", "d/e")
-    sim.fails(": the folder cannot be made: No such file or directory", "run", "x.yaml", "--out", "")
+    sim.fails("d: the folder cannot be created: Not a directory", "run", "x.yaml", "--out", "d")
+    sim.fails("d/e: the folder cannot be created: Not a directory", "run", "x.yaml", "--out", "d/e")
+    sim.fails(": the folder cannot be created: No such file or directory", "run", "x.yaml", "--out", "")
     assert (sim.folder / "d").read_text(encoding="ascii") == "mine"
 
 
@@ -946,7 +946,7 @@ def test_open_loop_keeps_the_limits_and_counts_their_ticks(sim):
 
 def test_open_loop_has_nothing_for_a_drive(sim):
     sim.write("x.yaml", OPEN_LOOP)
-    message = "x.yaml:3: controller.kind: none is open loop, without a loop for a drive"
+    message = "x.yaml:3: controller.kind: none is an open loop, but a drive needs a closed one"
     sim.fails(message, "params", "x.yaml")
     sim.fails(message, "run", "x.yaml", "--target", "m4f")
 
@@ -954,7 +954,7 @@ def test_open_loop_has_nothing_for_a_drive(sim):
 def test_a_reference_with_other_separators_is_told_of_commas(sim):
     sim.write("x.yaml", "duration_s: 1\nreference: {kind: csv, file: r.csv}\n")
     sim.write("r.csv", "t_s;r_N\n0;0,1\n1;0,5\n")
-    sim.fails("r.csv:1:1: no column is named t_s; columns are separated by commas here, and there is one alone", "run", "x.yaml")
+    sim.fails("r.csv:1:1: no column is named t_s; columns must be separated by commas, and there is only one", "run", "x.yaml")
 
 
 def test_forces_in_another_unit_are_hinted_at(sim):

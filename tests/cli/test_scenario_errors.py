@@ -122,11 +122,11 @@ MISTAKES = {
     ),
     "plant step does not fit": (
         "plant: {step_s: 0.0003}",
-        ":3: plant.step_s: must go into sample_time_s a whole number of times",
+        ":3: plant.step_s: must divide sample_time_s without a remainder",
     ),
     "plant step too long": (
         "plant: {step_s: 0.01}",
-        ":3: plant.step_s: must go into sample_time_s a whole number of times",
+        ":3: plant.step_s: must divide sample_time_s without a remainder",
     ),
     "window too late": ("metrics: {end_s: 0.02}", ":3: metrics.end_s: is after the end of the run"),
     "empty window": (
@@ -148,18 +148,18 @@ MISTAKES = {
     ),
     "sections in open loop": (
         "controller: {kind: none, sections: [" + SECTION + "]}",
-        ":3: controller.sections: go with controller.kind z or delta alone",
+        ":3: controller.sections: are allowed only with controller.kind z or delta",
     ),
     "sections with the paper's": (
         "controller: {sections: [" + SECTION + "]}",
-        ":3: controller.sections: go with controller.kind z or delta alone",
+        ":3: controller.sections: are allowed only with controller.kind z or delta",
     ),
     "no sections": (
         "controller: {kind: delta}",
-        ":3: controller.sections: is missing, controller.kind is z or delta",
+        ":3: controller.sections: is missing; controller.kind z or delta needs it",
     ),
-    "a PI without its gain": ("controller: {kind: pi, ki_per_s: 3}", ":3: controller.kp: is missing, controller.kind is pi"),
-    "a gain without a PI": ("controller: {kp: 3}", ":3: controller.kp: goes with controller.kind pi alone"),
+    "a PI without its gain": ("controller: {kind: pi, ki_per_s: 3}", ":3: controller.kp: is missing; controller.kind pi needs it"),
+    "a gain without a PI": ("controller: {kp: 3}", ":3: controller.kp: is allowed only with controller.kind pi"),
     "sections with a PI": (
         "controller: {kind: pi, kp: 3, sections: [" + SECTION + "]}",
         ":3: controller.sections: go with controller.kind z or delta alone",
@@ -175,12 +175,12 @@ MISTAKES = {
     "a law and a table": (
         "compensator:\n  friction:\n    breakaway:\n      slope: 0.2\n"
         "      table: [{force_N: 0, positive_N: 0.1, negative_N: 0.1}]",
-        ":6: compensator.friction.breakaway.slope: does not go with a table, which is in its place",
+        ":6: compensator.friction.breakaway.slope: is not allowed with a table, which replaces it",
     ),
     "a law and the plant's table": (
         "plant:\n  friction:\n    breakaway:\n      table: [{force_N: 0, positive_N: 0.1, negative_N: 0.1}]\n"
         "      negative_offset_N: 0.2",
-        ":7: plant.friction.breakaway.negative_offset_N: does not go with a table, which is in its place",
+        ":7: plant.friction.breakaway.negative_offset_N: is not allowed with a table, which replaces it",
     ),
     "pulse too wide": (
         "compensator:\n  friction: {pulse_width_s: 0.1}",
@@ -188,11 +188,11 @@ MISTAKES = {
     ),
     "unstable section": (
         "controller: {kind: z, sections: [{b0: 1, b1: 0, b2: 0, a1: -3, a2: 1}]}",
-        ":3: controller.sections[0]: controller section poles: inside the unit circle, or one of them at z = 1; taken as controller.kind z, in z^-1",
+        ":3: controller.sections[0]: controller section poles: inside the unit circle, or one of them at z = 1; read as controller.kind z, in z^-1",
     ),
     "coefficients in z taken as those in delta": (
         "controller: {kind: delta, sections: [{b0: 1, b1: -0.9, b2: 0, a1: -1.2, a2: 0.3}]}",
-        ":3: controller.sections[0]: controller section poles: inside the unit circle, or one of them at z = 1; taken as controller.kind delta, in z - 1",
+        ":3: controller.sections[0]: controller section poles: inside the unit circle, or one of them at z = 1; read as controller.kind delta, in z - 1",
     ),
 }
 
@@ -215,7 +215,7 @@ WHOLE_FILES = {
     "reference without kind": ("duration_s: 1\nreference: {low_N: 0}\n", ":2: reference.kind: is missing"),
     "no file": (
         "duration_s: 1\nreference:\n  kind: csv\n",
-        ":2: reference.file: is missing, reference.kind is csv",
+        ":2: reference.file: is missing; reference.kind csv needs it",
     ),
     "other kind": ("duration_s: 1\nreference: {kind: steps}\n", f":2: reference.kind: 'steps' is not {KINDS}, did you mean step?"),
     "no duration": ("duration_s: 0\nreference: {kind: step}\n", ":1: duration_s: 0 is outside 0.001 to 86400"),

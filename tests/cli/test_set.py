@@ -277,7 +277,7 @@ def test_a_wrong_set_is_named(sim, assignment):
     sim.write("x.yaml", SHORT)
     message = MISTAKES[assignment]
     if message is None:
-        message = "x.yaml:2: reference.file: is missing, reference.kind is csv"
+        message = "x.yaml:2: reference.file: is missing; reference.kind csv needs it"
     else:
         message = f"--set {assignment}: {message}".replace("\n", "\\n")
     sim.fails(message, "run", "x.yaml", "--set", assignment)
@@ -291,7 +291,7 @@ def test_a_table_goes_over_the_files_law_but_not_over_a_set_one(sim):
     assert set(sim.trace("x.yaml", *PAPER, "--set", A_TABLE)["L_N"]) == {0.0199999996}
     slope = "compensator.friction.breakaway.slope=0.2"
     for sets in (("--set", A_TABLE, "--set", slope), ("--set", slope, "--set", A_TABLE)):
-        sim.fails(f"--set {slope}: compensator.friction.breakaway.slope: does not go with a table, which is in its place", "run",
+        sim.fails(f"--set {slope}: compensator.friction.breakaway.slope: is not allowed with a table, which replaces it", "run",
                   "x.yaml", *sets)
 
 
@@ -324,7 +324,7 @@ TWO_SECTIONS = SHORT + """controller:
     - {b0: 1, b1: 0, b2: 0, a1: -0.5, a2: 0.1}
     - {b0: 1, b1: 0, b2: 0, a1: -0.5, a2: 0.1}
 """
-UNSTABLE = "controller section poles: inside the unit circle, or one of them at z = 1; taken as controller.kind z, in z^-1"
+UNSTABLE = "controller section poles: inside the unit circle, or one of them at z = 1; read as controller.kind z, in z^-1"
 NO_FEEDTHROUGH = "controller section b0: magnitude 1e-6 to 1e6, so that the cascade is biproper"
 
 

@@ -191,7 +191,7 @@ WORDS = [(0, "the command"), (7, "the guard's cause"), (8, "limited, Q1, Q2, Q")
 def test_one_flipped_bit_is_found_and_the_files_are_written(sim, word, name):
     script = PROXY.replace("QEMU", shutil.which("qemu-system-arm")).replace("TICK", "17").replace("WORD", str(word))
     put_emulator(sim, script)
-    sim.fails(f"m4f: 1 of 100 ticks differ from the host's; the first: {name} of tick 17 is ", *SHORT, "--out", "out")
+    sim.fails(f"m4f: 1 of 100 ticks differ from the host's; the first: {name} in tick 17 is ", *SHORT, "--out", "out")
     assert (sim.folder / "out" / "trace.csv").read_text().count("\n") == 101
     assert '"different_ticks":\t1' in (sim.folder / "out" / "summary.json").read_text()
 

@@ -95,7 +95,7 @@ def test_a_group_is_a_mapping():
     ({"plant": {"step_s": b"1"}}, "plant", "plant: b'1' is no number"),
     ({"controller.sections": [1.0]}, "controller.sections", "controller.sections[0]: a mapping is expected here"),
     ({"k_min": 7}, "k_min", "several keys end so, give one of them in a dict: compensator.friction.k_min, plant.friction.k_min"),
-    ({"plant.step_s": 3e-4}, None, "must go into sample_time_s a whole number of times"),
+    ({"plant.step_s": 3e-4}, None, "must divide sample_time_s without a remainder"),
 ])
 def test_a_refusal_names_the_key(keys, field, words):
     with pytest.raises(tribo.ScenarioError) as refused:

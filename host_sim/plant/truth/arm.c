@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/// More than any law needs: the bracket at least halves every second iteration.
+/// No law needs so many, because the bracket at least halves every second iteration.
 #define ITERATIONS_MAX 100
 
 /// Tolerances of the root, in deg/s and as a fraction of the bracket: 1e-11 deg/s adds up to 4e-8 N of F in 1,000 s.
@@ -19,14 +19,14 @@ typedef struct
     double time_s;
     double force_n;
     double speed; ///< deg/s
-    double n_n;   ///< at the start of the last step
+    double n_n;   ///< net force at the start of the last step
 } arm_state_t;
 
 typedef struct
 {
     const sim_law_t   *law;
     sim_truth_config_t config;
-    void              *friction; ///< the law's struct
+    void              *friction; ///< struct of the law
     sim_arm_matrices_t matrices;
     double             step_s;
     arm_state_t        now;
@@ -103,9 +103,9 @@ static double friction_at(step_t *step, double end_speed)
         ->update(step->arm->friction, &step->start, step->arm->now.z, end_speed, step->arm->step_s, step->z_end);
 }
 
-/// The root on one side of rest, where friction is continuous: between 0, where friction is `friction`, and the speed
-/// after a step with this friction, or beyond it if friction falls with speed: the speed after a step with that friction is
-/// then the next end. Regula falsi with the Illinois rule.
+/// Finds the root on one side of rest, where friction is continuous, by regula falsi with the Illinois rule. The bracket
+/// reaches from 0, where friction is `friction`, to the speed after a step with this friction. If friction falls with speed,
+/// the root may be beyond; the speed after a step with that friction is then the next end of the bracket.
 static double solve_moving(step_t *step, double friction)
 {
     const double width = step->free_speed - step->per_newton * friction;
@@ -139,7 +139,7 @@ static double solve_moving(step_t *step, double friction)
     return f;
 }
 
-/// True if the arm moves in direction `way` in this step; `f` is then the friction.
+/// Returns true if the arm moves in direction `way` in this step; `f` is the friction then.
 static bool moves(step_t *step, double way, double *f)
 {
     const double at_rest = friction_at(step, copysign(0.0, way));
@@ -151,8 +151,8 @@ static bool moves(step_t *step, double way, double *f)
     return free;
 }
 
-/// The friction to hold over the step, with its z_end. The present direction is tried first: if friction falls from rest
-/// to sliding, both directions can be solutions.
+/// Returns the friction to hold over the step, with its z_end. The present direction is tried first, because both directions
+/// can be solutions if friction falls from rest to sliding.
 static double solve(step_t *step)
 {
     const double way = copysign(1.0, step->start.speed_deg_per_s);

@@ -48,7 +48,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     (void)z;
     memcpy(&armstrong->p, config->own, sizeof armstrong->p);
     armstrong->way     = 0;
-    armstrong->share   = 1.0; // at rest since forever
+    armstrong->share   = 1.0; // the arm has rested forever
     armstrong->stuck_s = 0.0;
 }
 
@@ -64,7 +64,7 @@ static double level(const armstrong_t *armstrong, const sim_contact_t *contact, 
     return (sliding + (1.0 - sliding) * share) * sim_law_breakaway(contact, way);
 }
 
-/// The share, reduced by the remembered speed (Stribeck).
+/// Returns the share, reduced by the remembered speed (Stribeck).
 static double remembered(const armstrong_t *armstrong, double memory)
 {
     const double part = memory / armstrong->p.stribeck_speed;
@@ -206,10 +206,10 @@ static const sim_law_t law = {.size        = sizeof(armstrong_t),
 // clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, stiffness, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "kt, while stuck"),
-    SIM_TRUTH_NUMBER(parameters_t, sliding_ratio, "sliding_ratio", "-", 0.1, 1.0, 0.95, "r: friction of fast sliding over breakaway after long rest"),
+    SIM_TRUTH_NUMBER(parameters_t, sliding_ratio, "sliding_ratio", "-", 0.1, 1.0, 0.95, "r: friction of fast sliding divided by breakaway after a long rest"),
     SIM_TRUTH_NUMBER(parameters_t, viscous, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "Fv, added to the arm's own"),
-    SIM_TRUTH_NUMBER(parameters_t, stribeck_speed, "stribeck_speed_deg_per_s", "deg/s", 1e-5, 100.0, 0.01, "ws: where half of the excess is left"),
-    SIM_TRUTH_NUMBER(parameters_t, memory, "memory_s", "s", 1e-4, 1.0, 0.005, "tl: by which friction lags speed"),
+    SIM_TRUTH_NUMBER(parameters_t, stribeck_speed, "stribeck_speed_deg_per_s", "deg/s", 1e-5, 100.0, 0.01, "ws: speed at which half of the excess is left"),
+    SIM_TRUTH_NUMBER(parameters_t, memory, "memory_s", "s", 1e-4, 1.0, 0.005, "tl: lag of friction behind speed"),
     SIM_TRUTH_NUMBER(parameters_t, dwell, "dwell_s", "s", 1e-3, 1e3, 1.0, "g: time at rest after which half of the lost breakaway is back"),
     SIM_TRUTH_END,
 };

@@ -28,7 +28,7 @@ typedef struct
     double       c1, c2;
 } bliman_sorine_t;
 
-/// Highest f1 + f2 along a path from rest, with c1 = 1.
+/// Returns the highest f1 + f2 along a path from rest, with c1 = 1.
 static double peak(const parameters_t *p)
 {
     if (p->slow_share == 0.0)
@@ -90,8 +90,8 @@ static const sim_law_t law = {.size        = sizeof(bliman_sorine_t),
 // clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, distance, "distance_deg", "deg", 1e-6, 10.0, 0.003, "e: path over which the peak is forgotten"),
-    SIM_TRUTH_NUMBER(parameters_t, fast_ratio, "fast_ratio", "-", 0.01, 0.9, 0.3, "h: distance of the rise over that of the fall"),
-    SIM_TRUTH_NUMBER(parameters_t, slow_share, "slow_share", "-", 0.0, 0.9, 0.2, "r: 0 is no peak; friction of sliding falls to (1 - r) over the peak"),
+    SIM_TRUTH_NUMBER(parameters_t, fast_ratio, "fast_ratio", "-", 0.01, 0.9, 0.3, "h: distance of the rise divided by that of the fall"),
+    SIM_TRUTH_NUMBER(parameters_t, slow_share, "slow_share", "-", 0.0, 0.9, 0.2, "r: sliding friction falls to (1 - r) times the peak; 0: no peak"),
     SIM_TRUTH_END,
 };
 // clang-format on

@@ -34,8 +34,8 @@ typedef struct
 {
     parameters_t p;
     double       origin[BRISTLES];     ///< b, where x is the path from the start
-    double       sum, lowest, highest; ///< of the origins
-    sim_random_t random[BRISTLES];     ///< one each, so that the order of snaps in a step does not matter
+    double       sum, lowest, highest; ///< sum and range of the origins
+    sim_random_t random[BRISTLES];     ///< one for each bristle, so that the order of snaps in a step does not matter
 } bristle_t;
 
 static void sum_up(bristle_t *bristle)
@@ -58,7 +58,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     memcpy(&bristle->p, config->own, sizeof bristle->p);
     for (int i = 0; i < BRISTLES; i++)
     {
-        // Spread evenly, so that they do not all snap at once, and balanced.
+        // The origins are balanced and spread evenly, so that the bonds do not all snap at once.
         bristle->origin[i] = bristle->p.deflection * (BRISTLES - 1 - 2 * i) / BRISTLES;
         sim_random_seed(&bristle->random[i], bristle->p.seed * BRISTLES + (uint64_t)i);
     }
@@ -84,7 +84,7 @@ static double update(const void          *law,
     return force(law, start, z_end[0], end_speed);
 }
 
-/// At the exact place where the deflection was reached, so that the bonds depend on the path alone.
+/// Snaps a bond at the exact place where its deflection was reached, so that the bonds depend only on the path.
 static void snap(bristle_t *bristle, int i, double x)
 {
     const double part = (double)(sim_random_bits(&bristle->random[i]) >> 11) * 0x1p-53;
@@ -154,10 +154,10 @@ static const sim_law_t law = {.size        = sizeof(bristle_t),
 
 // clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t, deflection, "deflection_deg", "deg", 1e-7, 1.0, 1.2e-3, "d: at which a bond snaps"),
-    SIM_TRUTH_NUMBER(parameters_t, sliding_ratio, "sliding_ratio", "-", 0.1, 1.0, 0.85, "r: mean friction along a path over L"),
-    SIM_TRUTH_NUMBER(parameters_t, damping, "damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, of the bonds"),
-    SIM_TRUTH_WHOLE(parameters_t, seed, "seed", 0.0, 18446744073709551615.0, 1.0, "of the random places"),
+    SIM_TRUTH_NUMBER(parameters_t, deflection, "deflection_deg", "deg", 1e-7, 1.0, 1.2e-3, "d: deflection at which a bond snaps"),
+    SIM_TRUTH_NUMBER(parameters_t, sliding_ratio, "sliding_ratio", "-", 0.1, 1.0, 0.85, "r: mean friction along a path divided by L"),
+    SIM_TRUTH_NUMBER(parameters_t, damping, "damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1: damping of the bonds"),
+    SIM_TRUTH_WHOLE(parameters_t, seed, "seed", 0.0, 18446744073709551615.0, 1.0, "seed of the random places"),
     SIM_TRUTH_END,
 };
 // clang-format on

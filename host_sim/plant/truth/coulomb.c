@@ -36,7 +36,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     coulomb->way = 0;
 }
 
-/// Friction of sliding towards `side` at speed w.
+/// Returns the friction of sliding towards `side` at speed w.
 static double sliding(const coulomb_t *coulomb, const sim_contact_t *contact, double side, double w)
 {
     return sim_stribeck(coulomb->p.sliding_ratio, w, coulomb->p.stribeck_speed) * sim_law_breakaway(contact, side);

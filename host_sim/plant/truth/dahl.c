@@ -65,7 +65,14 @@ static const sim_law_t law = {.size        = sizeof(dahl_t),
                               .rates       = rates};
 
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t, stiffness, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "at small deflection"),
+    SIM_TRUTH_NUMBER(parameters_t,
+                     stiffness,
+                     "stiffness_N_per_deg",
+                     "N/deg",
+                     1.0,
+                     1e6,
+                     200.0,
+                     "stiffness at small deflection"),
     SIM_TRUTH_END,
 };
 

@@ -1,4 +1,4 @@
-// Elasto-plastic: LuGre's bristle, but yielding only beyond a deflection, so that presliding below it is elastic.
+// Elasto-plastic: LuGre's bristle, which yields only beyond a deflection, so that presliding below it is elastic.
 //
 //     f = s0 z + s1 dz/dt + s2 w        dz/dt = w - a(z, w) s0 |w| z / g(w)        z_max = g(w) / s0
 //     a = 0 for |z| <= e z_max or z against w;  1 for |z| >= z_max;
@@ -39,7 +39,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     memcpy(&plastic->p, config->own, sizeof plastic->p);
 }
 
-/// a(z, w) with deflections as fractions of z_max.
+/// Returns a(z, w), with deflections as fractions of z_max.
 static double yielding(const elasto_plastic_t *plastic, double part, double w)
 {
     const double elastic = plastic->p.elastic_ratio;
@@ -71,7 +71,7 @@ static double update(const void          *law,
     const elasto_plastic_t *plastic = law;
     const double            x       = step_s * end_speed;
     const double            slope = plastic->p.s0 / level(plastic, start, copysign(start->speed_deg_per_s, end_speed));
-    // a at the start, then the mean of start and end.
+    // Use a at the start first, then the mean of start and end.
     const double at_start = slope * fabs(x) * yielding(plastic, slope * z[0], end_speed);
     const double middle   = 0.5 * (z[0] + (z[0] + x) / (1.0 + at_start));
     z_end[0]              = (z[0] + x) / (1.0 + slope * fabs(x) * yielding(plastic, slope * middle, end_speed));
@@ -103,8 +103,8 @@ static const sim_law_t law = {.size        = sizeof(elasto_plastic_t),
 
 // clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "s0: of the bristles"),
-    SIM_TRUTH_NUMBER(parameters_t, s1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1: of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "s0: stiffness of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t, s1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1: damping of the bristles"),
     SIM_TRUTH_NUMBER(parameters_t, s2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, added to the arm's own"),
     SIM_TRUTH_NUMBER(parameters_t, elastic_ratio, "elastic_ratio", "-", 0.0, 0.99, 0.85, "e: below this part of breakaway presliding is elastic"),
     SIM_STRIBECK_KEYS(parameters_t),

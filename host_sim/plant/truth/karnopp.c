@@ -116,7 +116,7 @@ static const sim_law_t law = {.size        = sizeof(karnopp_t),
 // clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, dead_zone, "dead_zone_deg_per_s", "deg/s", 1e-6, 1.0, 2e-4, "speeds below it count as rest"),
-    SIM_TRUTH_NUMBER(parameters_t, sliding_ratio, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),
+    SIM_TRUTH_NUMBER(parameters_t, sliding_ratio, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding divided by breakaway"),
     SIM_TRUTH_END,
 };
 // clang-format on

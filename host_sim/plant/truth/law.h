@@ -1,4 +1,4 @@
-/// A friction law on the arm of Eq. (2),
+/// A friction law for the arm of Eq. (2),
 ///
 ///     I w' = u + g - F - b w - f,   theta' = w,   F = K theta,   n = u + g - F,
 ///
@@ -40,18 +40,18 @@ typedef struct
 
 typedef struct sim_law
 {
-    size_t   size; ///< of the law's struct
+    size_t   size; ///< size of the law's struct
     unsigned state_count;
     unsigned guard_count;
-    bool     turns; ///< no modes and no guards, but a kink where w changes sign
+    bool     turns; ///< the law has no modes and no guards, but a kink where w changes sign
     unsigned steps; ///< fixed steps in one of the plant's; 0 means 1
 
-    /// At rest at F = 0, with the config's own parameters.
+    /// Starts at rest at F = 0, with the config's own parameters.
     void (*reset)(void *law, const sim_truth_config_t *config, double z[]);
 
-    /// Fixed steps: friction and states at the end of a step that starts at `start` with `z` and ends with `end_speed`.
-    /// Where friction jumps with the direction of motion, +0.0 and -0.0 are the two sides. `z_end` is not `z`. Null: the
-    /// model makes its own steps.
+    /// For fixed steps: computes friction and states at the end of a step that starts at `start` with `z` and ends with
+    /// `end_speed`. If friction jumps with the direction of motion, +0.0 and -0.0 are the two sides. `z_end` is not `z`.
+    /// Null if the model makes its own steps.
     double (*update)(const void          *law,
                      const sim_contact_t *start,
                      const double         z[],
@@ -59,26 +59,26 @@ typedef struct sim_law
                      double               step_s,
                      double               z_end[]);
 
-    /// Fixed steps: modes after a step. z and `end` belong to its end, except L, which is still the step's. Null: the law has no
-    /// modes.
+    /// For fixed steps: updates the modes after a step. z and `end` belong to its end, except L, which is still that of the step.
+    /// Null if the law has no modes.
     void (*settle)(void *law, const sim_contact_t *end, double z[]);
 
-    /// True if the position stands in this mode, whatever the speed. Null: never.
+    /// Returns true if the position stands in this mode, whatever the speed. Null: never.
     bool (*stands)(const void *law);
 
-    /// Continuous time, while the mode is constant.
+    /// For continuous time, while the mode is constant.
     double (*friction)(const void *law, const sim_contact_t *now, const double z[]);
     void (*rates)(const void *law, const sim_contact_t *now, const double z[], double dz[]);
 
-    /// Continuous time: each guard is positive until its event happens; `cross` then changes modes, states, speed.
+    /// For continuous time: each guard is positive until its event happens; `cross` then changes modes, states and speed.
     void (*guards)(const void *law, const sim_contact_t *now, const double z[], double g[]);
     void (*cross)(void *law, sim_contact_t *now, double z[], unsigned guard);
 } sim_law_t;
 
-/// L for this sign (-0.0 is negative), as a magnitude.
+/// Returns L for this sign (-0.0 is negative), as a magnitude.
 double sim_law_breakaway(const sim_contact_t *contact, double sign);
 
-/// x within -L- to L+.
+/// Returns x limited to -L- to L+.
 double sim_law_limit(const sim_contact_t *contact, double x);
 
 #endif

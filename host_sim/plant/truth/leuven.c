@@ -22,7 +22,7 @@
 
 #define ELEMENTS 4
 
-/// Each element's fraction of breakaway and stiffness: they yield one after the other, the stiffest first.
+/// Each element's fraction of breakaway and stiffness. The elements yield one after the other, the stiffest first.
 static const double level_part[ELEMENTS]     = {0.1, 0.2, 0.3, 0.4};
 static const double stiffness_part[ELEMENTS] = {0.4, 0.3, 0.2, 0.1};
 
@@ -63,7 +63,7 @@ static double hysteresis(const sim_contact_t *contact, const double z[])
     return sim_law_breakaway(contact, part) * part;
 }
 
-/// dz/dt over w: 1 from rest, 0 where sliding has reached s(w), up to 2 on the way back.
+/// Returns dz/dt divided by w: 1 from rest, 0 once sliding has reached s(w), up to 2 after a reversal.
 static double follow(const leuven_t *leuven, const sim_contact_t *contact, const double z[], double w, double way)
 {
     const double fh = hysteresis(contact, z);
@@ -148,8 +148,8 @@ static const sim_law_t law = {.size        = sizeof(leuven_t),
 
 // clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t, distance, "distance_deg", "deg", 1e-7, 1.0, 8e-4, "path over which the stiffness at rest would reach breakaway"),
-    SIM_TRUTH_NUMBER(parameters_t, damping, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1: of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t, distance, "distance_deg", "deg", 1e-7, 1.0, 8e-4, "travel over which the stiffness at rest would reach breakaway"),
+    SIM_TRUTH_NUMBER(parameters_t, damping, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1: damping of the bristles"),
     SIM_TRUTH_NUMBER(parameters_t, viscous, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, added to the arm's own"),
     SIM_TRUTH_NUMBER(parameters_t, exponent, "exponent", "-", 1.0, 20.0, 2.0, "n: how sharply sliding begins"),
     SIM_STRIBECK_KEYS(parameters_t),

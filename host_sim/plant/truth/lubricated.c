@@ -46,7 +46,7 @@ typedef struct
     bool         touches; ///< the asperities touch; only the guard reads it
 } lubricated_t;
 
-/// e cannot reach 1, where the film's stiffness is infinite, but a solver's trial steps can.
+/// Limits e, which cannot reach 1, where the film's stiffness is infinite; a solver's trial steps can.
 #define ECCENTRICITY_MAX 0.999
 
 static double carried(const lubricated_t *bearing, double e)
@@ -69,7 +69,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     z[ECCENTRICITY]             = bearing->p.transition + load(&contact) / bearing->p.contact;
 }
 
-/// de/dt
+/// Returns de/dt.
 static double film_rate(const lubricated_t *bearing, const sim_contact_t *contact, double eccentricity, double w)
 {
     const double e    = fmin(ECCENTRICITY_MAX, eccentricity);
@@ -125,7 +125,7 @@ enum
     GUARDS
 };
 
-/// Nothing switches; the integrator restarts at the kinks of |w| and of the asperities' load.
+/// Nothing switches, but the integrator restarts at the kinks of |w| and of the asperities' load.
 static void guards(const void *law, const sim_contact_t *now, const double z[], double g[])
 {
     const lubricated_t *bearing = law;
@@ -155,9 +155,9 @@ static const sim_law_t law = {.size        = sizeof(lubricated_t),
 
 // clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t, distance, "distance_deg", "deg", 1e-7, 1.0, 8e-4, "d: path over which the asperities shear"),
-    SIM_TRUTH_NUMBER(parameters_t, film, "film_N_s_per_deg", "N s/deg", 1e-4, 100.0, 0.2, "c: load that the film carries, for its speed"),
-    SIM_TRUTH_NUMBER(parameters_t, contact, "contact_N", "N", 0.1, 1e4, 20.0, "k: load of the asperities for their compression"),
+    SIM_TRUTH_NUMBER(parameters_t, distance, "distance_deg", "deg", 1e-7, 1.0, 8e-4, "d: travel over which the asperities shear"),
+    SIM_TRUTH_NUMBER(parameters_t, film, "film_N_s_per_deg", "N s/deg", 1e-4, 100.0, 0.2, "c: load that the film carries, per speed"),
+    SIM_TRUTH_NUMBER(parameters_t, contact, "contact_N", "N", 0.1, 1e4, 20.0, "k: load of the asperities, per compression"),
     SIM_TRUTH_NUMBER(parameters_t, transition, "transition", "-", 0.1, 0.95, 0.7, "et: eccentricity at which asperities touch"),
     SIM_TRUTH_NUMBER(parameters_t, viscous, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.01, "cv: shear of the film"),
     SIM_TRUTH_END,

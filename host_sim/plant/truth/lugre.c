@@ -3,7 +3,8 @@
 //     f = sat(s0 z + s1 dz/dt + s2 w, L)        dz/dt = w - s0 |w| z / g(w)
 //     g(w) = r L + (1 - r) L exp(-(w / ws)^2)                                  L = L(F)
 //
-// With `stiffens` s0 is for L = 1 N and grows with L, s1 with its root: the way to breakaway is the same at each load.
+// With `stiffens` s0 and s1 are those of L = 1 N; s0 grows with L and s1 with its root, so that the travel to breakaway is
+// the same at each load.
 //
 // Breakaway L, sliding friction r L (the paper: r = 1, F_C = F_S). Shows presliding, Stribeck effect (r < 1), friction
 // lag and a breakaway that depends on the rate of force; drifts in presliding. With the paper's stiffness presliding is
@@ -40,7 +41,7 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     memcpy(&lugre->p, config->own, sizeof lugre->p);
 }
 
-/// What the stiffness is multiplied by.
+/// Returns the factor of the stiffness.
 static double stiffer(const lugre_t *lugre, const sim_contact_t *contact, double z)
 {
     return lugre->p.stiffens != 0 ? sim_law_breakaway(contact, z) : 1.0;
@@ -58,7 +59,7 @@ static double level(const lugre_t *lugre, const sim_contact_t *contact, double w
     return sim_stribeck(lugre->p.sliding_ratio, w, lugre->p.stribeck_speed) * sim_law_breakaway(contact, w);
 }
 
-/// Implicit in the bristle and the speed; only g is taken at the start.
+/// Steps implicitly in the bristle and the speed; only g is taken at the start.
 static double update(const void          *law,
                      const sim_contact_t *start,
                      const double         z[],
@@ -102,12 +103,12 @@ static const char *const no_or_yes[] = {"no", "yes", NULL};
 
 // clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1e-4, 1e7, 1e5, "s0: of the bristles"),
-    SIM_TRUTH_NUMBER(parameters_t, s1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e4, 316.22776601683796, "s1: of the bristles"),
-    SIM_TRUTH_NUMBER(parameters_t, s2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.4, "s2: of sliding, added to the arm's own"),
+    SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1e-4, 1e7, 1e5, "s0: stiffness of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t, s1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e4, 316.22776601683796, "s1: damping of the bristles"),
+    SIM_TRUTH_NUMBER(parameters_t, s2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.4, "s2: damping of sliding, added to the arm's own"),
     SIM_STRIBECK_KEYS(parameters_t),
-    SIM_TRUTH_CHOICE(parameters_t, limited, "limited", no_or_yes, 1, "whether f ends at L: yes as in the paper, no as first published"),
-    SIM_TRUTH_CHOICE(parameters_t, stiffens, "stiffens", no_or_yes, 0, "whether s0 grows with L, and s1 with its root: they are then those of L = 1 N"),
+    SIM_TRUTH_CHOICE(parameters_t, limited, "limited", no_or_yes, 1, "whether f is limited to L: yes as in the paper, no as first published"),
+    SIM_TRUTH_CHOICE(parameters_t, stiffens, "stiffens", no_or_yes, 0, "whether s0 grows with L, and s1 with its root; the given values are then those of L = 1 N"),
     SIM_TRUTH_END,
 };
 // clang-format on

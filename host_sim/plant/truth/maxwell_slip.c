@@ -5,8 +5,9 @@
 //     slips:   dF_i/dt = sgn(w) C (a_i - |F_i| / s(w))           until w turns
 //     f = sum F_i + s2 w,    s(w) = r L + (1 - r) L exp(-(w / ws)^2),   sum a_i = 1
 //
-// With `stiffens` k_i is for L = 1 N and grows with L: the way to breakaway is the same at each load. a_i goes with i^p, and
-// k_i with it, so that each element yields after its own way whatever p is: below p = 1 more of L is there at once.
+// With `stiffens` k_i is that of L = 1 N and grows with L, so that the travel to breakaway is the same at each load. a_i is
+// proportional to i^p, and k_i to a_i, so that the travel after which an element yields does not depend on p. Below p = 1
+// more of L acts after little travel.
 //
 // Presliding is hysteresis with non-local memory: an inner loop closes and is forgotten (Masing's rules). C sets the
 // friction lag. No drift.
@@ -23,7 +24,7 @@
 
 #define ELEMENTS 4
 
-/// Each element's fraction of breakaway and stiffness at p = 1: they yield one after the other, the stiffest first.
+/// Each element's fraction of breakaway and stiffness at p = 1. The elements yield one after the other, the stiffest first.
 static const double level_part[ELEMENTS]     = {0.1, 0.2, 0.3, 0.4};
 static const double stiffness_part[ELEMENTS] = {0.4, 0.3, 0.2, 0.1};
 
@@ -75,13 +76,13 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     }
 }
 
-/// s for the sign `side`, at speed w.
+/// Returns s for the sign `side`, at speed w.
 static double level(const maxwell_slip_t *maxwell, const sim_contact_t *contact, double side, double w)
 {
     return sim_stribeck(maxwell->p.sliding_ratio, w, maxwell->p.stribeck_speed) * sim_law_breakaway(contact, side);
 }
 
-/// Of the i-th element.
+/// Returns the level of the i-th element.
 static double stiffness(const maxwell_slip_t *maxwell, const sim_contact_t *contact, double z, int i)
 {
     return maxwell->stiffness_part[i] * maxwell->p.stiffness *
@@ -112,7 +113,7 @@ static double update(const void          *law,
             const double up     = maxwell->level_part[i] * level(maxwell, start, 1.0, start->speed_deg_per_s);
             const double down   = maxwell->level_part[i] * level(maxwell, start, -1.0, start->speed_deg_per_s);
             const double spring = z[i] + stiffness(maxwell, start, z[i], i) * step_s * end_speed;
-            // Already beyond its level, because the level has fallen: it stays until it slips.
+            // The element is already beyond its level, because the level has fallen. It stays there until it slips.
             z_end[i] = fmin(fmax(up, z[i]), fmax(fmin(-down, z[i]), spring));
         }
         f += z_end[i];
@@ -192,12 +193,12 @@ static const char *const no_or_yes[] = {"no", "yes", NULL};
 
 // clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t, stiffness, "stiffness_N_per_deg", "N/deg", 1e-4, 1e6, 200.0, "of all elements together, at an exponent of 1"),
-    SIM_TRUTH_NUMBER(parameters_t, attraction, "attraction_N_per_s", "N/s", 0.1, 1e6, 80.0, "C: how fast a slipping element goes to its level"),
+    SIM_TRUTH_NUMBER(parameters_t, stiffness, "stiffness_N_per_deg", "N/deg", 1e-4, 1e6, 200.0, "stiffness of all elements together, at an exponent of 1"),
+    SIM_TRUTH_NUMBER(parameters_t, attraction, "attraction_N_per_s", "N/s", 0.1, 1e6, 80.0, "C: rate at which a slipping element approaches its level"),
     SIM_TRUTH_NUMBER(parameters_t, viscous, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, added to the arm's own"),
     SIM_STRIBECK_KEYS(parameters_t),
-    SIM_TRUTH_NUMBER(parameters_t, exponent, "exponent", "-", -2.0, 2.0, 1.0, "p: the elements' parts of L go with 1, 2, 3, 4 to this power; below 1 more of L is there at once"),
-    SIM_TRUTH_CHOICE(parameters_t, stiffens, "stiffens", no_or_yes, 0, "whether the stiffness grows with L: it is then that of L = 1 N"),
+    SIM_TRUTH_NUMBER(parameters_t, exponent, "exponent", "-", -2.0, 2.0, 1.0, "p: the elements' parts of L are proportional to 1, 2, 3, 4 to this power; below 1 more of L acts after little travel"),
+    SIM_TRUTH_CHOICE(parameters_t, stiffens, "stiffens", no_or_yes, 0, "whether the stiffness grows with L; the given value is then that of L = 1 N"),
     SIM_TRUTH_END,
 };
 // clang-format on

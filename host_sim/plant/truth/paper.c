@@ -36,9 +36,9 @@ typedef struct
     double                   rate_hz;
     sim_arm_matrices_t       arm;
     uint8_t                 *line;
-    uint32_t                 width; ///< of the line, in steps: the pulse width
+    uint32_t                 width; ///< length of the delay line in steps: the pulse width
 
-    // What a step changes, besides the line: to the end.
+    // A step changes the line and all members from here on.
     double              force_n;
     double              speed_n_per_s;
     double              n_n; ///< net force at the last step
@@ -116,7 +116,7 @@ static double gradual(const common_friction_config_t *friction, double n, double
     return k * L * common_tanh(n / (k * L));
 }
 
-/// True on the gradual curve, from v > 0 and the output of the relay for the sign of n.
+/// Returns true on the gradual curve, from v > 0 and the output of the relay for the sign of n.
 static bool on_curve(const sim_paper_parameters_t *p, bool rises, bool armed)
 {
     switch (p->curve)
@@ -191,7 +191,7 @@ typedef struct
 
 #define LONG_AGO_S (-1e9)
 
-/// In the sliding mode, a larger dn/dt comes from a kink of u.
+/// In the sliding mode, a dn/dt larger than this comes from a kink of u.
 #define HELD_N_PER_S 1e-6
 
 static void law_reset(void *law, const sim_truth_config_t *config, double z[])
@@ -208,7 +208,7 @@ static void law_reset(void *law, const sim_truth_config_t *config, double z[])
     memcpy(&paper->p, config->own, sizeof paper->p);
 }
 
-/// A sample-and-hold of the set pulse, triggered by the rising edge of (set pulse or reset pulse).
+/// Samples and holds the set pulse at the rising edge of (set pulse or reset pulse).
 static void relay_take(relay_t *relay, bool set, bool reset, double time_s, double pulse_s)
 {
     const bool set_pulse   = relay->set && time_s - relay->set_s < pulse_s;
@@ -242,7 +242,7 @@ static bool armed(const paper_law_t *paper, const sim_contact_t *now)
     return now->n_n > 0.0 ? paper->relay2.out : paper->relay1.out;
 }
 
-/// The friction that keeps v at 0: F' = u'.
+/// Returns the friction that keeps v at 0: F' = u'.
 static double holding(const paper_law_t *paper, const sim_contact_t *now)
 {
     const double acceleration = now->u_rate_n_per_s2 / paper->arm.stiffness;
@@ -299,7 +299,7 @@ static void law_guards(const void *law, const sim_contact_t *now, const double z
     g[LEAVES_FOR_N]     = paper->holds ? side * (limited(paper, now, n) - hold) : 1.0;
 }
 
-/// True if both branches drive v towards 0: on the curve F overtakes u, off it F falls behind.
+/// Returns true if both branches drive v towards 0: on the curve F overtakes u, off it F falls behind.
 static bool is_held(const paper_law_t *paper, const sim_contact_t *now)
 {
     if (!on_curve(&paper->p, true, armed(paper, now)) || on_curve(&paper->p, false, armed(paper, now)))
@@ -328,7 +328,7 @@ static void law_cross(void *law, sim_contact_t *now, double z[], unsigned guard)
     switch (guard)
     {
     case N_TURNS:
-        // A kink of u is no reversal: away from the root the sign of dn/dt is reliable.
+        // A kink of u is not a reversal; away from the root the sign of dn/dt is reliable.
         paper->n_rises = fabs(now->n_rate_n_per_s) > HELD_N_PER_S ? now->n_rate_n_per_s > 0.0 : !paper->n_rises;
         paper->holds   = fabs(now->n_rate_n_per_s) <= HELD_N_PER_S && is_held(paper, now);
         break;
@@ -356,7 +356,7 @@ static void law_cross(void *law, sim_contact_t *now, double z[], unsigned guard)
     take_relays(paper, now);
     if (paper->holds && !is_held(paper, now))
     {
-        // A relay went low: off the curve v rises again.
+        // A relay went low, so v rises again off the curve.
         paper->holds   = false;
         paper->n_rises = now->n_n > 0.0;
     }
@@ -378,8 +378,8 @@ static const char *const no_or_yes[] = {"no", "yes", NULL};
 
 // clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_CHOICE(sim_paper_parameters_t, limited, "limited", no_or_yes, 1, "whether f ends at L; no: step 1 of section 3"),
-    SIM_TRUTH_CHOICE(sim_paper_parameters_t, curve, "curve", curves, SIM_PAPER_CURVE_RELAYS, "when the gradual curve holds: relays is Eq. (8), rising is v > 0"),
+    SIM_TRUTH_CHOICE(sim_paper_parameters_t, limited, "limited", no_or_yes, 1, "whether f is limited to L; no: step 1 of section 3"),
+    SIM_TRUTH_CHOICE(sim_paper_parameters_t, curve, "curve", curves, SIM_PAPER_CURVE_RELAYS, "when the gradual curve holds: relays means Eq. (8), rising means v > 0"),
     SIM_TRUTH_END,
 };
 // clang-format on

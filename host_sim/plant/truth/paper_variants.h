@@ -1,4 +1,4 @@
-/// The paper's model with parts left out: the five steps of its section 3 and the lines of Figs. 2 to 8.
+/// The paper's model without some of its parts: the five steps of its section 3 and the lines of Figs. 2 to 8.
 
 #ifndef SIM_PAPER_VARIANTS_H
 #define SIM_PAPER_VARIANTS_H
@@ -14,10 +14,10 @@ typedef enum
     SIM_PAPER_CURVE_RELAYS  ///< Eq. (8)
 } sim_paper_curve_t;
 
-/// The parameters of sim_paper_truth beside those of common_friction_config_t.
+/// The parameters of sim_paper_truth in addition to those of common_friction_config_t.
 typedef struct
 {
-    int               limited; ///< 1: f within -L to L; 0: not
+    int               limited; ///< 1: f is limited to -L to L; 0: it is not
     sim_paper_curve_t curve;
 } sim_paper_parameters_t;
 
@@ -32,10 +32,10 @@ typedef struct
 extern const sim_paper_variant_t sim_paper_variants[];
 extern const size_t              sim_paper_variant_count;
 
-/// Null if there is no variant of that name.
+/// Returns the variant of this name; null if there is none.
 const sim_paper_variant_t *sim_paper_variant_find(const char *name);
 
-/// Turns a config for sim_paper_truth into this variant, which must outlive it.
+/// Changes a config for sim_paper_truth to this variant, which must outlive it.
 void sim_paper_variant_apply(const sim_paper_variant_t *variant, sim_truth_config_t *config);
 
 #endif

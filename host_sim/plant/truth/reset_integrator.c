@@ -119,8 +119,8 @@ static const sim_law_t law = {.size        = sizeof(reset_integrator_t),
 // clang-format off: one row a key
 static const common_key_t keys[] = {
     SIM_TRUTH_NUMBER(parameters_t, length, "length_deg", "deg", 1e-7, 1.0, 8e-4, "z0: stretch at which the bond slips"),
-    SIM_TRUTH_NUMBER(parameters_t, stiction, "stiction", "-", 0.0, 2.0, 0.05, "a: breakaway over friction of slipping, less 1"),
-    SIM_TRUTH_NUMBER(parameters_t, damping, "damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1, while the bond holds"),
+    SIM_TRUTH_NUMBER(parameters_t, stiction, "stiction", "-", 0.0, 2.0, 0.05, "a: breakaway divided by friction of slipping, minus 1"),
+    SIM_TRUTH_NUMBER(parameters_t, damping, "damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1: damping while the bond holds"),
     SIM_TRUTH_END,
 };
 // clang-format on

@@ -102,13 +102,13 @@ static const sim_law_t law = {.size        = sizeof(servo_t),
                               .cross       = cross};
 
 // clang-format off: one row a key
-/// One actuator: its defaults and its row.
+/// Defines one actuator: its defaults and its row.
 #define SERVO(id, title, base_n_m, load_part) \
     static const common_key_t keys_##id[] = { \
         SIM_TRUTH_NUMBER(parameters_t, base, "base_N_m", "N m", 0.0, 100.0, base_n_m, "friction without load, " title), \
         SIM_TRUTH_NUMBER(parameters_t, load, "load", "-", 0.0, 0.9, load_part, "part of the load on the gearbox"), \
-        SIM_TRUTH_NUMBER(parameters_t, scale, "scale_N_per_N_m", "N/(N m)", 1e-6, 1e3, 0.007 / (base_n_m), "force at this arm for the actuator's torque"), \
-        SIM_TRUTH_NUMBER(parameters_t, viscous, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "added to the arm's own"), \
+        SIM_TRUTH_NUMBER(parameters_t, scale, "scale_N_per_N_m", "N/(N m)", 1e-6, 1e3, 0.007 / (base_n_m), "force at this arm divided by the actuator's torque"), \
+        SIM_TRUTH_NUMBER(parameters_t, viscous, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "damping added to the arm's own"), \
         SIM_TRUTH_END, \
     }; \
     SIM_ARM_TRUTH(servo_##id, law, keys_##id)

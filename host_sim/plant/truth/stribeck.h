@@ -6,7 +6,7 @@
 #include "plant/truth.h"
 #include "support/elementary.h"
 
-/// Gaussian, as in LuGre, Leuven and Maxwell slip: r + (1 - r) exp(-(w / ws)^2).
+/// Returns the Gaussian curve of LuGre, Leuven and Maxwell slip: r + (1 - r) exp(-(w / ws)^2).
 static inline double sim_stribeck(double sliding_ratio, double speed, double stribeck_speed)
 {
     const double part = speed / stribeck_speed;
@@ -16,9 +16,9 @@ static inline double sim_stribeck(double sliding_ratio, double speed, double str
 /// The keys of its two parameters, members of `type`.
 // clang-format off
 #define SIM_STRIBECK_KEYS(type)                                                                                        \
-    SIM_TRUTH_NUMBER(type, sliding_ratio, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding over breakaway"),  \
+    SIM_TRUTH_NUMBER(type, sliding_ratio, "sliding_ratio", "-", 0.1, 1.0, 1.0, "friction of sliding divided by breakaway"),  \
     SIM_TRUTH_NUMBER(type, stribeck_speed, "stribeck_speed_deg_per_s", "deg/s", 1e-5, 100.0, 0.01,                     \
-                     "where the Stribeck effect has fallen to 1/e")
+                     "speed at which the Stribeck effect has fallen to 1/e")
 // clang-format on
 
 #endif
