@@ -1,6 +1,6 @@
-// tribo-desk: the drive of firmware/port/linux with the plant of its scenario in place of devices and lines, a run on any machine.
+// tribo-desk runs the drive of firmware/port/linux on the plant of its scenario instead of devices and lines, on any machine.
 //
-// The only code of firmware that knows the simulator.
+// This is the only code of the firmware that knows the simulator.
 
 #include "port/linux/program.h"
 
@@ -16,7 +16,7 @@ typedef struct
     sim_plant_config_t config;
     sim_plant_t       *plant;
     sim_sensor_t       sensor;
-    unsigned           steps; ///< a tick
+    unsigned           steps; ///< plant steps in a tick
 } desk_plant_t;
 
 static void close_plant(void *context)

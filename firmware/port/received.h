@@ -1,4 +1,4 @@
-/// The bytes that a line's interrupt has received since the last tick.
+/// A ring of the bytes that a line's interrupt has received since the last tick.
 
 #ifndef DRIVE_RECEIVED_H
 #define DRIVE_RECEIVED_H
@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define RECEIVED_BYTES 64u // a power of two: five ticks at 115200 baud
+#define RECEIVED_BYTES 64u // a power of two; enough for five ticks at 115200 baud
 
 /// Only the interrupt writes `bytes` and `in`, and only the tick `out`. The tick interrupts the interrupt, never the reverse.
 typedef struct
@@ -19,7 +19,7 @@ typedef struct
     volatile bool     is_bad;
 } received_t;
 
-/// In the interrupt. `good` is false for a byte with an error, or with others lost before it.
+/// Adds a byte, in the interrupt. `good` is false for a byte with an error, or if bytes before it were lost.
 static inline void received_put(received_t *ring, uint8_t byte, bool good)
 {
     if (!good || ring->in - ring->out == RECEIVED_BYTES)
@@ -28,10 +28,11 @@ static inline void received_put(received_t *ring, uint8_t byte, bool good)
         return;
     }
     ring->bytes[ring->in % RECEIVED_BYTES] = byte;
-    ring->in                               = ring->in + 1u; // after the byte
+    ring->in                               = ring->in + 1u; // comes after the byte is written
 }
 
-/// In the tick, as modbus_line_t.receive: MODBUS_LINE_ERROR if a byte was bad or found no room, and all bytes are dropped.
+/// Takes the bytes in the tick, as modbus_line_t.receive does. If a byte was bad or found no room, it drops all bytes and returns
+/// MODBUS_LINE_ERROR.
 static inline int received_take(received_t *ring, uint8_t *bytes, size_t room)
 {
     if (ring->is_bad)

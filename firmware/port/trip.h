@@ -1,4 +1,4 @@
-/// Stops that an interrupt has seen since the last tick: the interrupt counts them, the tick takes them.
+/// Passes stops from an interrupt to the next tick: the interrupt counts them, the tick takes them.
 
 #ifndef DRIVE_TRIP_H
 #define DRIVE_TRIP_H
@@ -23,7 +23,8 @@ static inline bool trip_has_come(const trip_t *trip)
     return trip->count != trip->seen;
 }
 
-/// True if one has come since the last call. It reads `count` once: a stop that comes between two reads would be seen by neither.
+/// Returns true if a stop has come since the last call. It reads `count` once: a stop that comes between two reads would be
+/// seen by neither.
 static inline bool trip_take(trip_t *trip)
 {
     const uint8_t count   = trip->count;

@@ -162,7 +162,7 @@ MISTAKES = {
     "a gain without a PI": ("controller: {kp: 3}", ":3: controller.kp: is allowed only with controller.kind pi"),
     "sections with a PI": (
         "controller: {kind: pi, kp: 3, sections: [" + SECTION + "]}",
-        ":3: controller.sections: go with controller.kind z or delta alone",
+        ":3: controller.sections: are allowed only with controller.kind z or delta",
     ),
     "an integral too fast": (
         "controller: {kind: pi, kp: 0.5, ki_per_s: 1001}",

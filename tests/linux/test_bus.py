@@ -157,7 +157,7 @@ def test_without_a_store_nothing_is_saved(serve):
     assert "the flash cannot be written" in served.link("params", "save", status=2)
 
 
-@pytest.mark.parametrize("content, message", [(b"scenario: loop.yaml\n", "this is no store of params"), (None, "Is a directory")])
+@pytest.mark.parametrize("content, message", [(b"scenario: loop.yaml\n", "this is not a store of params"), (None, "Is a directory")])
 def test_a_file_that_is_no_store_stays_as_it_is(drive, content, message):
     drive.write("rig.yaml", CLOCK_RIG + "store: other\n")
     if content is None:
@@ -313,7 +313,7 @@ def test_a_line_that_goes_stops_nothing(serve):
 @pytest.mark.parametrize("bus, message", [
     ("device: /dev/nothing", "bus.device: /dev/nothing: No such file or directory"),
     ("listen: no.such.host.invalid", "bus.listen: no.such.host.invalid: "),
-    ("device: /dev/ttyS0, listen: 127.0.0.1", "rig.yaml:4: bus: has a device and an address, one of them is expected"),
+    ("device: /dev/ttyS0, listen: 127.0.0.1", "rig.yaml:4: bus: has a device and an address: give only one of them"),
     ("device: /dev/ttyS0, baud: 300", "rig.yaml:4: bus.baud: 300 is outside 1200 to 4e+06"),
     ("device: /dev/ptmx, rs485: yes", "bus.device: /dev/ptmx: "),  # a pty has no transceiver
     ("listen: 127.0.0.1, port: 0", "rig.yaml:4: bus.port: 0 is outside 1 to 65535"),
@@ -390,9 +390,9 @@ def listen(drive):
 
 
 @pytest.mark.parametrize("bus, where, who", [
-    ("", "127.0.0.1", "programs of this machine alone reach the drive"),
-    ("listen: 127.0.0.1, ", "127.0.0.1", "programs of this machine alone reach the drive"),
-    ("listen: 0.0.0.0, ", "0.0.0.0", "whoever reaches this address moves the drive, without a password"),
+    ("", "127.0.0.1", "only programs on this machine reach the drive"),
+    ("listen: 127.0.0.1, ", "127.0.0.1", "only programs on this machine reach the drive"),
+    ("listen: 0.0.0.0, ", "0.0.0.0", "anyone who reaches this address can move the drive, without a password"),
 ])
 def test_the_start_says_who_reaches_it(listen, bus, where, who):
     messages, port = listen(bus)

@@ -491,7 +491,7 @@ def test_a_disk_that_takes_for_ever_holds_up_no_end(slow_disk, target):  # noqa:
         begin_save(slow_disk, client)
         drive.process.terminate()
         assert drive.process.wait(timeout=300) == 1
-    assert "store: params.bin: its disk takes too long, and is not waited for" in drive.said()
+    assert "store: params.bin: its disk takes too long; the program ends without it" in drive.said()
     (slow_disk / "slow").unlink()
     drive.ended = True
 

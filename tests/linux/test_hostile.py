@@ -140,7 +140,7 @@ def test_a_client_that_asks_for_nothing_gives_way(target, sent):
         assert drive.try_state() is None  # not at once
         until(lambda: drive.try_state() == 0, "it keeps its place")
         assert silent.recv(64) == b""
-    assert "is dropped: it has asked for nothing in 1 s, and another comes" in drive.said()
+    assert "is dropped: it has sent no request for 1 s, and another client has" in drive.said()
 
 
 def test_a_client_that_dribbles_gives_way(target):

@@ -391,7 +391,7 @@ static void test_what_is_no_store_is_refused(void)
         common_error_t error = {""};
         write_file(text[i], sizes[i]);
         TEST_ASSERT_FALSE(params_file_open(&store, path, &error));
-        TEST_ASSERT_NOT_NULL(strstr(error.text, "this is no store of params"));
+        TEST_ASSERT_NOT_NULL(strstr(error.text, "this is not a store of params"));
         struct stat is;
         TEST_ASSERT_EQUAL_INT(0, stat(path, &is));
         TEST_ASSERT_EQUAL_INT64((int64_t)sizes[i], is.st_size);

@@ -262,13 +262,13 @@ static void check_refused(const char *message)
 static void test_a_watchdog_with_another_timeout_is_refused_and_disarmed(void)
 {
     timeout_min_s = 16;
-    check_refused("watchdog_s: 3: %s has a timeout of 16 s in its place");
+    check_refused("watchdog_s: 3: %s uses a timeout of 16 s instead");
 }
 
 static void test_a_watchdog_that_takes_no_timeout_is_refused_and_disarmed(void)
 {
     takes_no_timeout = true;
-    check_refused("watchdog: %s: takes no timeout of 3 s (watchdog_s): Inappropriate ioctl for device");
+    check_refused("watchdog: %s: does not accept a timeout of 3 s (watchdog_s): Inappropriate ioctl for device");
 }
 
 int main(void)

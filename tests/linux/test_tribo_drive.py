@@ -38,7 +38,7 @@ watchdog: none
     (RIG + "drive: {period_us: 5}\n", "rig.yaml:4: drive.period_us: 5 is outside 10 to 100000"),
     (RIG + "drive: {period_us: .nan}\n", "rig.yaml:4: drive.period_us: "),
     (RIG + "drive: {late_us: 1000}\n", "rig.yaml:4: drive.late_us: 1000 is outside 0 to 999"),
-    (RIG + "drive: {period_us: 1000.5}\n", "rig.yaml:4: drive.period_us: 1000.5 is no whole number"),
+    (RIG + "drive: {period_us: 1000.5}\n", "rig.yaml:4: drive.period_us: 1000.5 is not a whole number"),
     (RIG + "drive: {period_us: 2000}\n", "rig.yaml:4: drive.period_us: 2000 is not the scenario's sample_time_s of 0.001"),
     (RIG.replace("10000", "1"), "rig.yaml:3: heartbeat_ms: 1 is outside 2 to 10000"),
     (RIG + "pwm: {period_ns: 0}\n", "rig.yaml:4: pwm.period_ns: 0 is outside 100 to 1e+09"),
@@ -50,10 +50,10 @@ watchdog: none
     (DEVICES.replace("chip: pwmchip0", "channel: 1"), "rig.yaml:3: pwm.chip: is missing"),
     (DEVICES.replace("  enable: {name: enable}\n", ""), "rig.yaml:4: lines.enable: is missing"),
     (DEVICES.replace("  emergency_stop: {name: stop}\n", ""), "rig.yaml:4: lines.emergency_stop: is missing"),
-    (DEVICES.replace("{name: stop}", "{name: stop, chip: 1}"), "has a name and a chip, one of them is expected"),
-    (DEVICES + "drive: {ready_ms: 5}\n", "lines.ready: is missing, drive.ready_ms is not 0"),
+    (DEVICES.replace("{name: stop}", "{name: stop, chip: 1}"), "has a name and a chip: give only one of them"),
+    (DEVICES + "drive: {ready_ms: 5}\n", "lines.ready: is missing; a drive.ready_ms other than 0 needs it"),
     (DEVICES + "output: dac\n", "rig.yaml: dac.device: is missing"),
-    (DEVICES.replace("watchdog: none\n", ""), "rig.yaml: watchdog: is missing: a device, e.g. /dev/watchdog, or none, with which a "
+    (DEVICES.replace("watchdog: none\n", ""), "rig.yaml: watchdog: is missing: give a device, e.g. /dev/watchdog, or none, with which a "
      "kernel that hangs leaves the outputs as they are"),
     (DEVICES.replace("none", "/dev/watchdog7"), "watchdog: /dev/watchdog7: No such file or directory"),
     (DEVICES + "watchdog_s: 61\n", "rig.yaml:8: watchdog_s: 61 is outside 1 to 60"),
@@ -120,7 +120,7 @@ def test_it_needs_no_sensor_as_tribo_sim_does(drive):
     drive.write("loop.yaml", LOOP + "compensator: {sensor: none}\n")
     refused = drive.run("rig.yaml", "--check")
     assert refused.returncode == 1
-    assert "rig.yaml: drive.residual_n: 0.109999999 does not fit devices and loop: 0 to 0 is expected" in refused.stderr
+    assert "rig.yaml: drive.residual_n: 0.109999999 does not suit the devices and the loop: 0 to 0 is expected" in refused.stderr
     drive.write("rig.yaml", RIG + "drive: {residual_n: 0, tracking_n: 0}\n")
     log, said = drive.ticks(5000)
     assert "off: stuck_ticks residual_n" in said and set(log["F_N"]) == {0}
@@ -130,7 +130,7 @@ def test_it_needs_no_sensor_as_tribo_sim_does(drive):
 @pytest.mark.parametrize("arguments, message", [
     ([], "rig.yaml: sensor.device: is missing"),
     (["--set", "compensator.sensor=none"], "lines.enable ('enable'): there is no such line"),
-    (["--set", "compensator.sensor=none", "--set", "compensator.method=paper"], "compensator.sensor: none goes with"),
+    (["--set", "compensator.sensor=none", "--set", "compensator.method=paper"], "compensator.sensor: none is allowed only with"),
 ])
 def test_devices_without_a_sensor_go_with_a_loop_that_needs_none(drive, arguments, message):
     drive.write("rig.yaml", DEVICES.replace("sensor: {device: adc, channel: voltage0}\n", ""))
@@ -213,7 +213,7 @@ def test_a_file_as_reference(drive):
 def test_a_reference_beyond_the_loops_range_is_refused(drive, words, name):
     drive.write("r.csv", "t_s,r_N\n0,0.1\n0.1,-2.01\n")
     run = drive.run("rig.yaml", "--check", *words)
-    assert run.returncode == 1 and f"{name}: must be within -2 to 2 N, as limits.input_max_N has it" in run.stderr
+    assert run.returncode == 1 and f"{name}: must be within -2 to 2 N, the range of limits.input_max_N" in run.stderr
 
 
 def test_a_cpu_that_is_not_there_is_found_by_check(drive):
@@ -404,7 +404,7 @@ def test_a_rig_does_not_catch_up(drive):
     drive.program = DRIVE
     drive.write("rig.yaml", DEVICES + "realtime: {catch_up_ms: 1}\n")
     run = drive.run("rig.yaml", "--check")
-    assert run.returncode == 1 and "rig.yaml:8: realtime.catch_up_ms: is for tribo-desk alone" in run.stderr
+    assert run.returncode == 1 and "rig.yaml:8: realtime.catch_up_ms: is only for tribo-desk" in run.stderr
 
 
 @pytest.mark.parametrize("required, status", [("yes", 1), ("no", 0)])

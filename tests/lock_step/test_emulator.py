@@ -149,7 +149,7 @@ def test_signal_at_any_moment_of_the_start_leaves_nothing_behind(sim, number):
 
 def test_nonsense_is_an_error(sim):
     put_emulator(sim, "import os; os.write(4, b'x' * 1000)")
-    sim.fails("m4f: the emulator's program does not speak", *SHORT)
+    sim.fails("m4f: the emulator's program sends messages of another kind or version", *SHORT)
 
 
 # The real emulator behind pipes of its own, with one bit of the target's answers flipped on the way.

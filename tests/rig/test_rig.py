@@ -333,7 +333,7 @@ def test_a_command_that_is_logged_in_ampere_is_read_as_advised(ramp, tmp_path):
 def test_a_unit_in_the_log_that_nobody_said_is_named_as_rig_yaml_has_it(ramp, tmp_path):
     text, log = ramp
     np.savetxt(tmp_path / "1-ramp-log.csv", log * [1000, 1, 1], delimiter=",", header="t_s,u_N,F_N\nms,N,N", comments="", fmt="%.7g")
-    for more, code, words in (("", 2, "column t_s is in ms: say so by log.units: {t: ms}, or log.units: {t: s} if it is not"), ("log: {units: {t: ms}}\n", 0, "Play")):
+    for more, code, words in (("", 2, "column t_s is in ms: confirm this by log.units: {t: ms}, or give log.units: {t: s} if it is not"), ("log: {units: {t: ms}}\n", 0, "Play")):
         (tmp_path / "rig.yaml").write_text(text + more)
         got, said = way.call(tmp_path)
         assert got == code and words in said, said

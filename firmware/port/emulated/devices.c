@@ -79,7 +79,7 @@ static bool erase(void *context, unsigned sector)
     return ok;
 }
 
-/// As in flash, a write only clears bits.
+/// Writes a word. It only clears bits, as flash does.
 static bool write_word(void *context, unsigned sector, uint32_t word, uint32_t value)
 {
     return put_word(sector, word, read_word(context, sector, word) & value);

@@ -10,17 +10,17 @@
 #include <stdbool.h>
 
 #define DEVICES_BUS          "/dev/fd/5" ///< a terminal that does not wait (raw, VMIN and VTIME 0)
-#define DEVICES_FLASH        "/dev/fd/6" ///< a file: both sectors one after the other
+#define DEVICES_FLASH        "/dev/fd/6" ///< a file with both sectors, one after the other
 #define DEVICES_SECTOR_WORDS 1024u
 
 void devices_open(void);
 
 bool devices_have_bus(void);
 
-/// The bus; a silent line if there is none.
+/// Returns the bus; a silent line if there is none.
 const modbus_line_t *devices_line(void);
 
-/// Null if there is no flash.
+/// Returns the flash; null if there is none.
 const store_flash_t *devices_flash(void);
 
 #endif

@@ -25,10 +25,10 @@ bool link_send(tribo_wire_kind_t kind, const uint32_t *words, uint32_t count)
         return false;
     }
     memcpy(message + TRIBO_WIRE_HEADER_WORDS, words, sizeof(uint32_t) * count);
-    return sys_semihost_write(to_host, message, size) == 0; // the number of bytes not written
+    return sys_semihost_write(to_host, message, size) == 0; // the result is the number of bytes not written
 }
 
-/// Waits for at least one byte and appends it to `buffer`; false at the end of the link.
+/// Waits for at least one byte and appends it to `buffer`. Returns false at the end of the link.
 static bool read_more(uint8_t *buffer, size_t size, size_t *have)
 {
     const size_t    room    = size - *have;
@@ -70,7 +70,7 @@ bool link_receive(uint32_t *kind, uint32_t words[TRIBO_WIRE_WORDS_MAX], uint32_t
 
 void link_close(const link_cycles_t *cycles)
 {
-    (void)cycles; // an emulator has none
+    (void)cycles; // an emulator has no cycles
 }
 
 void link_log(uint8_t byte)

@@ -10,7 +10,7 @@
 
 #include <string.h>
 
-#define RAM_TESTED_MAX (64u * 1024u) // bytes: a machine may have megabytes
+#define RAM_TESTED_MAX (64u * 1024u) // bytes; a machine may have megabytes
 
 typedef struct
 {
@@ -45,7 +45,7 @@ static uint32_t inputs(void *context)
     return board->tick[TRIBO_TICK_INPUTS];
 }
 
-/// The first call in a tick is at its start, later ones at its end.
+/// Returns the time: the first call in a tick is at its start, later ones at its end.
 static uint32_t time_us(void *context)
 {
     board_t *board = context;
@@ -58,7 +58,7 @@ static void log_byte(void *context, uint8_t byte)
     link_log(byte);
 }
 
-/// Sensor and output are in N, already scaled by the host: `ranges` are set with the full scale.
+/// The host has already scaled sensor and output, so they are in N; `ranges` are set with the full scale.
 static board_t board;
 static port_t  port = {.context     = &board,
                        .read_sensor = read_sensor,
@@ -126,7 +126,7 @@ static bool answer(const drive_t *drive)
     return link_send(TRIBO_WIRE_TOCK, tock, TRIBO_TOCK_WORDS);
 }
 
-/// The rig's faults are off, because a scenario's plant is often faulty on purpose.
+/// Makes the drive's config. The rig's faults are off, because a scenario's plant is often faulty on purpose.
 static params_set_t set_of(const tribo_setup_t *setup)
 {
     params_set_t set           = params_default();
@@ -187,7 +187,7 @@ static int serve(drive_fault_t found)
             return 4;
         }
         tick(&registers, words);
-        drive_log(&registers.drive); // before the answer: after it the host may end this program
+        drive_log(&registers.drive); // comes before the answer, after which the host may end this program
         ok = answer(&registers.drive);
     }
     return 5;

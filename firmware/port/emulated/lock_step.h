@@ -1,9 +1,9 @@
-/// A drive in lock-step with the host (wire/tribo_wire.h), over any link (link.h).
+/// Runs a drive in lock-step with the host (wire/tribo_wire.h), over any link (link.h).
 
 #ifndef EMULATED_LOCK_STEP_H
 #define EMULATED_LOCK_STEP_H
 
-/// One session with the host, from HELLO to END. Returns 0 after END, else the exit status of a program.
+/// Runs one session with the host, from HELLO to END. Returns 0 after END, otherwise the exit status of a program.
 int lock_step(void);
 
 #endif

@@ -11,7 +11,7 @@
 #define END_NS  INT64_C(2000000000) ///< a disk may take long to save params
 #define LOOK_NS 1000000
 
-// NOLINTNEXTLINE(readability-non-const-parameter): a modbus_line_t's
+// NOLINTNEXTLINE(readability-non-const-parameter): the type is that of a modbus_line_t's member
 static int receive_nothing(void *context, uint8_t *bytes, size_t room)
 {
     (void)context;
@@ -95,7 +95,7 @@ bool background_start(background_t *background, registers_t *registers, gate_t *
     signals_block(&before);
     const int status = pthread_create(&background->thread, NULL, work, background);
     (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
-    return status == 0 || common_error_set(error, "no thread for the bus: %s", strerror(status));
+    return status == 0 || common_error_set(error, "the bus's thread cannot be started: %s", strerror(status));
 }
 
 bool background_stop(background_t *background)

@@ -1,8 +1,9 @@
-/// What a microcontroller does between its ticks, in a thread of ordinary priority: the bus, making and saving params, and a line
-/// on standard error when the drive changes state. The tick does not wait for it: gate.h.
+/// Runs in a thread of ordinary priority what a microcontroller does between its ticks: serves the bus, makes and saves
+/// params, and writes a line to standard error when the drive changes state. The tick does not wait for this thread
+/// (gate.h).
 ///
-/// The application is written for a tick that interrupts the background. Here both run at once. So a read is repeated
-/// until it falls between two ticks, and a trace is stopped for a tick before it is armed.
+/// The application is written for a tick that interrupts the background. Here both run at once, so a read is repeated until it
+/// falls between two ticks, and a trace is stopped for a tick before it is armed.
 
 #ifndef LINUX_BACKGROUND_H
 #define LINUX_BACKGROUND_H
@@ -23,18 +24,18 @@ typedef struct
     pthread_t    thread;
 } background_t;
 
-/// Its line for a drive whose bus is not in the tick.
+/// The line of a drive whose bus is not served in the tick.
 extern const modbus_line_t background_line;
 
-/// False with the cause in `error`. The arguments must outlive the thread.
+/// Starts the thread. Returns false with the cause in `error`. The arguments must outlive the thread.
 bool background_start(background_t   *background,
                       registers_t    *registers,
                       gate_t         *gate,
                       bus_t          *bus,
                       common_error_t *error);
 
-/// Ends the thread once its current request is finished. Only for a drive that has stopped ticking. False: a disk holds it up, and
-/// it is left to itself; whatever it had of the store, the store is whole.
+/// Ends the thread once its current request is finished. The drive must have stopped ticking. Returns false if a disk holds the
+/// thread up, which is then left running; the store stays whole.
 bool background_stop(background_t *background);
 
 #endif

@@ -9,7 +9,7 @@
 #include <string.h>
 #include <sys/mman.h>
 
-#define FIRST_US  1000000u ///< of the first tick, on the schedule's clock
+#define FIRST_US  1000000u ///< time of the first tick on the schedule's clock
 #define NS_PER_MS 1000000
 
 static bool write_output(board_t *board, float output)
@@ -45,7 +45,7 @@ static bool set_enable(board_t *board, bool on)
     return board->lines == NULL || lines_set(board->lines, LINE_ENABLE, on);
 }
 
-/// Enable first: an output's driver may block, and what it blocks is then off.
+/// Takes the enable away first: the power stage is then off even if the output's driver blocks.
 void board_off(void *context)
 {
     board_t *board = context;
@@ -82,7 +82,7 @@ static void enable(void *context, bool on)
     board->failed  = !set_enable(board, on) || board->failed;
 }
 
-/// What is wrong with a power stage that is not as the last tick left it; null: nothing.
+/// Returns the fault of a power stage that is not as the last tick left it; null if there is none.
 static const char *check_stage(board_t *board, bool is_ready)
 {
     bool       is_high   = false;
@@ -92,7 +92,7 @@ static const char *check_stage(board_t *board, bool is_ready)
         board->is_off_long || (!board->is_on && time_us(board) - board->off_us > 1000u * board->rig->ready_off_ms);
     if (board->reads_enable && !is_read)
     {
-        return "lines.enable cannot be read back any more";
+        return "lines.enable can no longer be read back";
     }
     if (is_read && is_high != board->is_on)
     {
@@ -103,7 +103,7 @@ static const char *check_stage(board_t *board, bool is_ready)
                : NULL;
 }
 
-/// A line that cannot be read is active.
+/// Reads an input. A line that cannot be read counts as active.
 static uint32_t read_inputs(const board_t *board)
 {
     static const struct
@@ -153,7 +153,7 @@ static bool has_position(const board_t *board)
     return board->desk == NULL && board->rig->position.file[0] != '\0';
 }
 
-/// What cannot be read exceeds each level.
+/// Reads a measured quantity. One that cannot be read exceeds every level.
 static void read_measured(board_t *board, unsigned i)
 {
     const rig_measure_t *rig     = &board->rig->measured[i];
@@ -166,7 +166,7 @@ static void read_measured(board_t *board, unsigned i)
     *all[i]                      = !ok || !(value < 2e9) ? INT32_MAX : value < -2e9 ? INT32_MIN : (int32_t)lrint(value);
 }
 
-/// The next of those that there are: each may take as long as its device takes.
+/// Measures one quantity a tick, in turn, because each reading may take as long as its device takes.
 static void read_next(board_t *board)
 {
     for (unsigned i = 0; i < RIG_MEASURED; i++)
@@ -194,11 +194,11 @@ static void measure(void *context, port_measured_t *measured)
 static void log_byte(void *context, uint8_t byte)
 {
     board_t    *board     = context;
-    const char *complaint = board->complaint; // the tick's
+    const char *complaint = board->complaint; // written by the tick
     (void)fputc(byte, stderr);
-    if (byte == '\n' && complaint != board->told)
+    if (byte == '\n' && complaint != board->logged)
     {
-        board->told = complaint;
+        board->logged = complaint;
         if (complaint != NULL)
         {
             (void)fprintf(stderr, "power stage: %s\n", complaint);
@@ -214,7 +214,7 @@ static bool open_desk(board_t *board, const common_scenario_t *scenario, common_
     return board->plant != NULL;
 }
 
-/// Right after it was turned off.
+/// Checks the enable right after it was turned off.
 static bool read_enable_back(board_t *board, common_error_t *error)
 {
     bool is_high = false;
@@ -300,7 +300,7 @@ bool board_open(board_t                 *board,
     void *shared = mmap(NULL, sizeof(float), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (shared == MAP_FAILED)
     {
-        return common_error_set(error, "no shared memory: %s", strerror(errno));
+        return common_error_set(error, "shared memory cannot be allocated: %s", strerror(errno));
     }
     *board        = (board_t){.rig      = rig,
                               .desk     = desk,
@@ -352,7 +352,7 @@ bool board_attach(board_t *board, const drive_t *drive, common_error_t *error)
     const int64_t end_ns    = realtime_now_ns() + (int64_t)rig->ready_off_ms * NS_PER_MS;
     board->drive            = drive;
     *board->idle            = board_config(board)->command_zero_units;
-    // A power stage that was on before may need its time.
+    // A power stage that was on before may need time to turn off.
     while (has_ready && rig->ready_off_ms > 0u && (read_inputs(board) & PORT_INPUT_NOT_READY) == 0u)
     {
         if (realtime_now_ns() > end_ns)

@@ -17,36 +17,36 @@ typedef struct
 
     counter_t       position;
     channel_t       measured[RIG_MEASURED];
-    unsigned        measured_at; ///< of them, the one read last
+    unsigned        measured_at; ///< index of the quantity read last
     port_measured_t latest;
 
     const desk_t *desk; ///< null: devices
     void         *plant;
 
-    const drive_t  *drive;  ///< null: its config is still the rig's
+    const drive_t  *drive;  ///< null: the config is still that of the rig
     volatile float *idle;   ///< the output at no current, shared with the supervisor
     float           output; ///< the last command
     bool            failed; ///< a device or a line has refused an access
 
-    // The power stage.
-    bool     is_on, is_off_long;    ///< enable; and for ready_off_ms
+    // State of the power stage.
+    bool     is_on, is_off_long;    ///< enable is on; enable has been off for ready_off_ms
     bool     reads_enable;          ///< whether the chip can read its outputs
     uint32_t off_us;                ///< when it was turned off
-    const char *volatile complaint; ///< of the last tick; null: none
-    const char *told;               ///< the last complaint that was logged
+    const char *volatile complaint; ///< fault found in the last tick; null: none
+    const char *logged;             ///< the last complaint that was logged
 
     bool     pulse; ///< level of the heartbeat's line
     uint64_t pulse_ticks;
 
-    // The drive's clock. With no `slack_ns` it is the machine's; else the schedule's, as long as the loop is no more than that
-    // behind it.
+    // The drive's clock. If `slack_ns` is 0 it is the machine's clock, otherwise that of the schedule while the loop is no
+    // more than `slack_ns` behind it.
     int64_t  slack_ns, due_ns;
     uint32_t due_us;
     port_t   port;
 } board_t;
 
-/// Opens everything, with outputs at no current and the power stage off. The board must not move afterwards. False with the cause
-/// in `error`.
+/// Opens everything, with outputs at no current and the power stage off. The board must not move afterwards. Returns false
+/// with the cause in `error`.
 bool board_open(board_t                 *board,
                 const rig_t             *rig,
                 const desk_t            *desk,
@@ -54,11 +54,11 @@ bool board_open(board_t                 *board,
                 common_error_t          *error);
 void board_close(board_t *board);
 
-/// Takes the config of `drive` from now on, which a bus may change. False, with the cause in `error`, if the power stage reports
-/// ready although it is off.
+/// Uses the config of `drive` from now on, which a bus may change. Returns false, with the cause in `error`, if the power
+/// stage reports ready although it is off.
 bool board_attach(board_t *board, const drive_t *drive, common_error_t *error);
 
-/// The config that the next tick begins with.
+/// Returns the config with which the next tick begins.
 const drive_config_t *board_config(const board_t *board);
 
 /// Call before each tick. The tick is due at `due_ns` of realtime_now_ns, `number` periods after the first.

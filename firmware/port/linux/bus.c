@@ -6,13 +6,13 @@
 
 #include <stdlib.h>
 
-#define AWAY_S 1.0 ///< without a look at the line: the program was stopped, or the machine has no time for it
+#define AWAY_S 1.0 ///< if the line was not served for so long, the program was stopped or got no processor time
 
 struct bus
 {
     bus_serial_t *serial; ///< or ...
     bus_tcp_t    *tcp;
-    double        served_s; ///< 0: not yet
+    double        served_s; ///< time of the last service; 0: none yet
 };
 
 bool bus_is_used(const bus_config_t *config)

@@ -1,8 +1,9 @@
-/// A Modbus server on a serial line (RTU) or over TCP. app/modbus.h says what a request does, on each line alike. For a thread that
-/// may wait; no client makes it wait longer than it is told to.
+/// A Modbus server on a serial line (RTU) or over TCP. app/modbus.h describes what requests do on each kind of line. The
+/// server is for a thread that may wait; no client makes it wait longer than its caller allows.
 ///
-/// Over TCP the first client has the drive for as long as it asks for something now and then. Others may stop it, and are otherwise
-/// told that it is busy, with a message on standard error. When the first has gone, the next that asks has the drive.
+/// Over TCP the first client has the drive as long as it sends a request now and then. Other clients may stop the drive; all
+/// their other requests are answered with busy, and reported on standard error. When the first client has gone, the next one
+/// to send a request has the drive.
 
 #ifndef LINUX_BUS_H
 #define LINUX_BUS_H
@@ -15,7 +16,7 @@
 
 #define BUS_NAME_MAX 255u
 
-/// `device` or `listen`. Neither: there is no bus.
+/// The configuration has `device` or `listen`, or neither if there is no bus.
 typedef struct
 {
     char     device[BUS_NAME_MAX + 1]; ///< a serial line, 8N1
@@ -23,12 +24,12 @@ typedef struct
     int      rs485;                    ///< 0 or 1
     char     listen[BUS_NAME_MAX + 1]; ///< an address of this machine
     uint64_t port;
-    uint64_t silent_s; ///< a client that asks for nothing for longer gives way to the next one
+    uint64_t silent_s; ///< a client without a request for longer gives way to the next one
 } bus_config_t;
 
 bool bus_is_used(const bus_config_t *config);
 
-/// What is behind the server.
+/// The application behind the server.
 typedef struct
 {
     modbus_t          *modbus;    ///< unit and counters
@@ -38,7 +39,7 @@ typedef struct
 
 typedef struct bus bus_t;
 
-/// Null with the cause in `error`. `config` and `service` must outlive it.
+/// Opens the bus. Returns null with the cause in `error`. `config` and `service` must outlive the bus.
 bus_t *bus_open(const bus_config_t *config, common_error_t *error);
 void   bus_close(bus_t *bus);
 
@@ -46,7 +47,7 @@ void   bus_close(bus_t *bus);
 /// error and opened again, with one attempt a second.
 void bus_serve(bus_t *bus, const bus_service_t *service, int wait_ms);
 
-/// Nobody could answer what has come until now: MODBUS_LATE.
+/// Marks all bytes that have come until now as late (MODBUS_LATE), because the program could not answer.
 void bus_was_away(bus_t *bus);
 
 #endif

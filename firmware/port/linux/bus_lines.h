@@ -1,4 +1,4 @@
-/// The two lines of a bus (bus.h).
+/// The two kinds of line of a bus (bus.h).
 
 #ifndef LINUX_BUS_LINES_H
 #define LINUX_BUS_LINES_H

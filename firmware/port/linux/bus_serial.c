@@ -14,14 +14,14 @@
 #include <unistd.h>
 
 #define REOPEN_S 1.0
-#define SILENT_S 0.05 ///< within a frame: more than a pty or a USB adapter makes
+#define SILENT_S 0.05 ///< longer than any pause that a pty or a USB adapter makes within a frame
 
 struct bus_serial
 {
     const bus_config_t *config;
     int                 file;    ///< negative: the line has gone ...
-    double              gone_s;  ///< ... since, or the last attempt to open it
-    double              heard_s; ///< when bytes have come
+    double              gone_s;  ///< ... at this time, or this is the last attempt to open it
+    double              heard_s; ///< time of the last bytes
     rtu_t               rtu;
 };
 
@@ -68,7 +68,7 @@ void bus_serial_was_away(bus_serial_t *bus)
     }
 }
 
-/// It may come back.
+/// Closes a line that has failed. It may come back.
 static void lose(bus_serial_t *bus, const bus_service_t *service, int why)
 {
     (void)fprintf(stderr,
@@ -90,7 +90,7 @@ static void answer(const bus_serial_t *bus, const bus_service_t *service, const 
         modbus_execute(service->modbus, &service->registers, source, frame->bytes, frame->length, bytes);
     if (frame->is_awaited)
     {
-        (void)!write(bus->file, bytes, length); // without room nobody reads
+        (void)!write(bus->file, bytes, length); // if there is no room, no one reads the line
     }
 }
 

@@ -15,15 +15,15 @@
 #include <time.h>
 #include <unistd.h>
 
-#define CLIENTS     8 ///< the one that has the drive, and others that may stop it
+#define CLIENTS     8 ///< the client that has the drive, and others that may stop it
 #define NOBODY      (-1)
 #define MS_PER_S    1000
 #define HEAD        7 ///< bytes: number, protocol, length of what follows, unit
 #define LENGTH_AT   4
 #define FRAME_MAX   (HEAD + MODBUS_PDU_MAX)
 #define END_TEXT    96
-#define KEEP_IDLE_S 2 ///< then the kernel asks a silent client's once a second ...
-#define KEEP_TRIALS 3 ///< ... so often
+#define KEEP_IDLE_S 2 ///< after this time the kernel probes a silent client once a second ...
+#define KEEP_TRIALS 3 ///< ... this many times
 #define BACKLOG     16
 
 typedef struct
@@ -31,8 +31,8 @@ typedef struct
     int     socket; ///< negative: free
     uint8_t bytes[FRAME_MAX];
     size_t  length;
-    size_t  late;    ///< bytes from the first on that came while nobody could answer
-    double  heard_s; ///< when it came, or last asked for something
+    size_t  late;    ///< bytes from the first on that came while the program could not answer
+    double  heard_s; ///< when the client came, or sent its last request
     char    name[END_TEXT];
 } client_t;
 
@@ -41,14 +41,14 @@ struct bus_tcp
     const bus_config_t *config;
     int                 listener;
     client_t            clients[CLIENTS];
-    int                 first;   ///< the client that has the drive, or NOBODY
-    unsigned long long  refused; ///< requests of others
-    time_t              told_at; ///< of them
+    int                 first;       ///< the client that has the drive, or NOBODY
+    unsigned long long  refused;     ///< requests of other clients
+    time_t              reported_at; ///< time of the last message about them
 };
 
-// --- who they are --------------------------------------------------------------------------------------------------
+// --- addresses -----------------------------------------------------------------------------------------------------
 
-/// "ADDRESS port PORT" of one end of a socket.
+/// Writes "ADDRESS port PORT" for one end of a socket.
 static void name_end(const struct sockaddr_storage *address, socklen_t size, char text[END_TEXT])
 {
     char host[NI_MAXHOST] = "?";
@@ -71,7 +71,7 @@ static bool is_loopback(const struct sockaddr_storage *address)
                                           : ntohl(v4->sin_addr.s_addr) >> 24 == IN_LOOPBACKNET;
 }
 
-/// For the start: TCP has no password.
+/// Reports at the start who can reach the drive, because TCP has no password.
 static void say_who_reaches(const bus_tcp_t *bus)
 {
     struct sockaddr_storage address;
@@ -86,16 +86,16 @@ static void say_who_reaches(const bus_tcp_t *bus)
     (void)fprintf(stderr,
                   "bus: Modbus TCP on %s: %s\n",
                   where,
-                  is_loopback(&address) ? "programs of this machine alone reach the drive"
-                                        : "whoever reaches this address moves the drive, without a password");
+                  is_loopback(&address) ? "only programs on this machine reach the drive"
+                                        : "anyone who reaches this address can move the drive, without a password");
 }
 
-/// A message a second at most: who is refused may try again and again.
+/// Reports refused requests, at most once a second, because a refused client may try again and again.
 static void tell_refusal(bus_tcp_t *bus, const client_t *client)
 {
     const time_t now = time(NULL);
     bus->refused++;
-    if (now != bus->told_at)
+    if (now != bus->reported_at)
     {
         (void)fprintf(stderr,
                       "%s: bus.listen: %s is refused: %s has the drive (%llu refused)\n",
@@ -103,7 +103,7 @@ static void tell_refusal(bus_tcp_t *bus, const client_t *client)
                       client->name,
                       bus->clients[bus->first].name,
                       bus->refused);
-        bus->told_at = now;
+        bus->reported_at = now;
     }
 }
 
@@ -123,13 +123,13 @@ static void leave(bus_tcp_t *bus, const bus_service_t *service, int which)
     }
 }
 
-/// One that only keeps its place, e.g. with half a request.
+/// Returns a client that only keeps its place, e.g. with half a request.
 static bool is_silent(const bus_tcp_t *bus, const client_t *client)
 {
     return common_clock_s() - client->heard_s > (double)bus->config->silent_s;
 }
 
-/// A free place, or that of the one beside the first that has been silent for longest.
+/// Returns a free place, or that of the client, other than the first, that has been silent for longest.
 static int find_place(bus_tcp_t *bus, const bus_service_t *service)
 {
     int longest = bus->first == 0 ? 1 : 0;
@@ -176,13 +176,13 @@ static void accept_client(bus_tcp_t *bus, const bus_service_t *service)
     set_option(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, (KEEP_IDLE_S + KEEP_TRIALS) * MS_PER_S);
 }
 
-/// The one that asks has the drive if the first has gone, or has been silent for too long.
+/// Gives the drive to the client that sends a request, if the first client has gone or has been silent for too long.
 static void give_place(bus_tcp_t *bus, const bus_service_t *service, int which)
 {
     if (bus->first != NOBODY && bus->first != which && is_silent(bus, &bus->clients[bus->first]))
     {
         (void)fprintf(stderr,
-                      "%s: bus.listen: %s is dropped: it has asked for nothing in %u s, and another comes\n",
+                      "%s: bus.listen: %s is dropped: it has sent no request for %u s, and another client has\n",
                       program_invocation_short_name,
                       bus->clients[bus->first].name,
                       (unsigned)bus->config->silent_s);
@@ -193,7 +193,7 @@ static void give_place(bus_tcp_t *bus, const bus_service_t *service, int which)
 
 // --- a request -----------------------------------------------------------------------------------------------------
 
-/// Of the frame that the bytes begin with; 0: its length has not come. Negative: no Modbus.
+/// Returns the size of the frame at the beginning of the bytes; 0 if its length has not come yet; negative if it is not Modbus.
 static ssize_t size_of(const client_t *client)
 {
     const uint8_t *bytes = client->bytes;
@@ -218,7 +218,7 @@ static void drop(client_t *client, size_t count)
     memmove(client->bytes, client->bytes + count, client->length);
 }
 
-/// A whole one, of `size` bytes. What has left hears no answer, and only its stop is left of it.
+/// Executes a whole request of `size` bytes. A client that has left gets no answer, and of its requests only a stop is executed.
 static void answer(bus_tcp_t *bus, const bus_service_t *service, int which, size_t size, bool has_left)
 {
     client_t *client = &bus->clients[which];
@@ -240,17 +240,17 @@ static void answer(bus_tcp_t *bus, const bus_service_t *service, int which, size
     drop(client, size);
     if (send(client->socket, bytes, HEAD + pdu, MSG_DONTWAIT | MSG_NOSIGNAL) != (ssize_t)(HEAD + pdu))
     {
-        leave(bus, service, which); // it does not read its answers
+        leave(bus, service, which); // the client does not read its answers
     }
 }
 
-/// False: its end has sent all that it will.
+/// Receives bytes of a client. Returns false if the client has closed its sending side.
 static bool receive(client_t *client)
 {
     const size_t room = sizeof client->bytes - client->length;
     if (room == 0u)
     {
-        return true; // a request is whole
+        return true; // there is a whole request
     }
     const ssize_t count = recv(client->socket, client->bytes + client->length, room, MSG_DONTWAIT);
     client->length += count > 0 ? (size_t)count : 0u;
@@ -381,7 +381,7 @@ void bus_tcp_was_away(bus_tcp_t *bus)
     }
 }
 
-/// Each has one request a turn. The first client first: if it has left, its place is free for the next one.
+/// Executes one request of each client. The first client comes first: if it has left, its place is free for the next one.
 static void serve_clients(bus_tcp_t *bus, const bus_service_t *service, const struct pollfd *ends)
 {
     const int first = bus->first;

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/// A number of the channel that a driver may leave out. One that is there and cannot be read is no absence.
+/// Reads a number of the channel that a driver may omit. A number that exists and cannot be read is an error.
 static bool read_attribute(struct iio_channel     *found,
                            const char             *name,
                            double                  otherwise,
@@ -28,7 +28,7 @@ static bool read_attribute(struct iio_channel     *found,
                                   name,
                                   config->channel,
                                   config->device,
-                                  status < 0 ? strerror(-status) : "it is 0, or no number");
+                                  status < 0 ? strerror(-status) : "it is 0, or not a number");
 }
 
 static bool open_raw(channel_t *channel, const struct iio_device *device, struct iio_channel *found, bool is_output)
@@ -84,14 +84,14 @@ bool channel_open(channel_t              *channel,
     struct iio_context *context = iio_create_local_context();
     if (context == NULL)
     {
-        return common_error_set(error, "%s: no IIO devices: %s", key, strerror(errno));
+        return common_error_set(error, "%s: IIO devices cannot be listed: %s", key, strerror(errno));
     }
     const bool ok = open_in(context, channel, config, is_output, key, error);
     iio_context_destroy(context);
     float first;
     return ok && (is_output || channel_read(channel, &first) ||
                   common_error_set(error,
-                                   "%s: %s of '%s' reads no number: %s",
+                                   "%s: %s of '%s' cannot be read as a number: %s",
                                    key,
                                    config->channel,
                                    config->device,

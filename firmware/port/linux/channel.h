@@ -14,8 +14,8 @@
 
 typedef struct
 {
-    char device[CHANNEL_NAME_MAX + 1];  ///< its name, label or id (iio:device0)
-    char channel[CHANNEL_NAME_MAX + 1]; ///< its id, e.g. voltage0
+    char device[CHANNEL_NAME_MAX + 1];  ///< name, label or id of the device (iio:device0)
+    char channel[CHANNEL_NAME_MAX + 1]; ///< id of the channel, e.g. voltage0
 } channel_config_t;
 
 typedef struct
@@ -24,8 +24,8 @@ typedef struct
     double scale, offset;
 } channel_t;
 
-/// Opens a channel for writing, or as an input for reading, and reads it once: a converter's first number may take longer. False
-/// with `key`, the device and the cause in `error`.
+/// Opens a channel for writing, or an input for reading, and reads it once, because a converter's first number may take longer.
+/// Returns false with `key`, the device and the cause in `error`.
 bool channel_open(channel_t              *channel,
                   const channel_config_t *config,
                   bool                    is_output,
@@ -33,9 +33,10 @@ bool channel_open(channel_t              *channel,
                   common_error_t         *error);
 void channel_close(channel_t *channel);
 
-/// False if there is no number, e.g. because the device is gone. A conversion takes as long as the device takes.
+/// Reads a number. Returns false if there is none, e.g. because the device is gone. A conversion takes as long as the device
+/// takes.
 bool channel_read(const channel_t *channel, float *value);
-/// Writes the nearest code. False if the device refuses it.
+/// Writes the nearest code. Returns false if the device refuses it.
 bool channel_write(const channel_t *channel, float value);
 
 #endif

@@ -23,7 +23,7 @@ bool counter_open(counter_t *counter, const counter_config_t *config, const char
         return common_error_set(error, "%s.file: %s: %s", key, config->file, strerror(errno));
     }
     return read_count(counter, &counter->count) ||
-           common_error_set(error, "%s.file: %s reads no whole number", key, config->file);
+           common_error_set(error, "%s.file: %s does not hold a whole number", key, config->file);
 }
 
 void counter_close(counter_t *counter)

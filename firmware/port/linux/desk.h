@@ -1,4 +1,4 @@
-/// A desk's plant, in place of all devices and lines of a rig: what firmware/desk gives to the program of this port.
+/// The plant of a desk, which replaces all devices and lines of a rig. firmware/desk passes it to the program of this port.
 
 #ifndef LINUX_DESK_H
 #define LINUX_DESK_H
@@ -7,17 +7,17 @@
 
 typedef struct
 {
-    // The keys of a scenario with its plant, and the size of the struct that they are about, which begins with a common_loop_keys_t.
+    // The keys of a scenario with its plant, and the size of their struct, which begins with a common_loop_keys_t.
     const common_key_t *keys;
     size_t              size;
     bool (*check)(const common_scenario_t *scenario, common_error_t *error);
 
-    /// A plant at rest; null with the cause in `error`. `scenario` outlives it.
+    /// Creates a plant at rest; null with the cause in `error`. `scenario` outlives it.
     void *(*open)(const common_scenario_t *scenario, common_error_t *error);
     void (*close)(void *plant);
 
-    double (*read)(void *plant);              ///< the sensor, in N
-    void (*advance)(void *plant, double u_n); ///< by one tick, with u held
+    double (*read)(void *plant);              ///< returns the sensor's reading in N
+    void (*advance)(void *plant, double u_n); ///< advances the plant by one tick with u held
 } desk_t;
 
 #endif

@@ -10,10 +10,10 @@
 
 typedef struct
 {
-    atomic_uint count; ///< of begins and ends of ticks: odd within one
+    atomic_uint count; ///< number of begins and ends of ticks, odd within a tick
 } gate_t;
 
-/// Called by the tick, at its begin and at its end.
+/// The tick calls these at its begin and at its end.
 static inline void gate_pass(gate_t *gate)
 {
     (void)atomic_fetch_add(&gate->count, 1u);
@@ -22,7 +22,7 @@ static inline void gate_pass(gate_t *gate)
 
 #define GATE_LOOK_NS 20000
 
-/// Called by the reader. Returns between two ticks: everything that earlier ticks have written is complete.
+/// The reader calls this. It returns between two ticks, when everything that earlier ticks have written is complete.
 static inline unsigned gate_wait(gate_t *gate)
 {
     const struct timespec look  = {.tv_nsec = GATE_LOOK_NS};
@@ -35,7 +35,7 @@ static inline unsigned gate_wait(gate_t *gate)
     return count;
 }
 
-/// Whether a tick has begun since gate_wait returned `count`.
+/// Returns whether a tick has begun since gate_wait returned `count`.
 static inline bool gate_has_passed(gate_t *gate, unsigned count)
 {
     atomic_thread_fence(memory_order_acquire);

@@ -1,4 +1,4 @@
-// libgpiod 1, as in Debian 12.
+// Lines through libgpiod 1, as in Debian 12.
 
 #include "lines.h"
 
@@ -133,7 +133,7 @@ bool lines_seen(lines_t *lines, line_t input, bool *high, bool *low)
     struct gpiod_line_event event;
     while (gpiod_line_event_read(line, &event) == 0)
     {
-        *high = *low = true; // it was one before the edge, and the other behind it
+        *high = *low = true; // the line had one level before the edge and the other after it
     }
     if (errno != EAGAIN)
     {

@@ -1,4 +1,4 @@
-// libgpiod 2, as in Debian 13.
+// Lines through libgpiod 2, as in Debian 13.
 
 #include "lines.h"
 
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define EVENTS 16u ///< read at a time
+#define EVENTS 16u ///< events read at a time
 
 struct lines
 {
@@ -34,10 +34,10 @@ static bool has_label(struct gpiod_chip *chip, const char *label)
     return same;
 }
 
-/// Numbers of chips may have gaps, as chips come and go.
+/// Numbers of chips may have gaps, because chips come and go.
 #define CHIPS_MAX 1024
 
-/// The chip that has the line, and the line's place in it.
+/// Finds the chip that has the line, and the line's place in it.
 static struct gpiod_chip *find(const line_config_t *config, unsigned *offset)
 {
     *offset = (unsigned)config->offset;
@@ -52,7 +52,7 @@ static struct gpiod_chip *find(const line_config_t *config, unsigned *offset)
         struct gpiod_chip *chip = open_number(number);
         if (chip == NULL)
         {
-            why = errno == EACCES || errno == EPERM ? errno : why; // the line may be there
+            why = errno == EACCES || errno == EPERM ? errno : why; // this chip may have the line
             continue;
         }
         const int place =
@@ -210,7 +210,7 @@ bool lines_seen(lines_t *lines, line_t input, bool *high, bool *low)
         {
             return false;
         }
-        *high = *low = true; // it was one before the edge, and the other behind it
+        *high = *low = true; // the line had one level before the edge and the other after it
     }
     const enum gpiod_line_value level = gpiod_line_request_get_value(line, lines->offset[input]);
     *high                             = *high || level == GPIOD_LINE_VALUE_ACTIVE;

@@ -1,4 +1,4 @@
-// tribo-drive: the drive on the devices and lines of a Linux board.
+// tribo-drive runs the drive on the devices and lines of a Linux board.
 
 #include "program.h"
 

@@ -13,7 +13,7 @@ static bool          is_socket;
 static int           file = STDERR_FILENO;
 static unsigned long dropped;
 
-/// Also where it could not be opened anew.
+/// Writes without waiting, even if standard error could not be opened anew.
 static ssize_t write_now(const char *text, size_t size)
 {
     struct pollfd room = {.fd = file, .events = POLLOUT};
@@ -24,7 +24,7 @@ static ssize_t write_now(const char *text, size_t size)
     return is_socket ? send(file, text, size, MSG_DONTWAIT | MSG_NOSIGNAL) : write(file, text, size);
 }
 
-/// The stream's: it takes all, whatever becomes of it.
+/// The write function of the stream. It accepts everything, even if it must drop it.
 static ssize_t put(void *context, const char *text, size_t size)
 {
     (void)context;
@@ -43,7 +43,8 @@ static ssize_t put(void *context, const char *text, size_t size)
     return (ssize_t)size;
 }
 
-/// Pipes and terminals are opened anew: whether a write waits is a matter of the open file, which others share.
+/// Pipes and terminals are opened anew, because whether a write waits is a property of the open file, which other processes
+/// share.
 static void open_again(void)
 {
     struct stat is;

@@ -11,7 +11,7 @@
 
 #define ERASED       0xffffffffu
 #define REPLACED     0u
-#define MARK_WORDS   2u ///< a sector begins with them
+#define MARK_WORDS   2u ///< words of the mark at the beginning of a sector
 #define SECTOR_BYTES (PARAMS_FILE_SECTOR_WORDS * sizeof(uint32_t))
 #define PATH_LENGTH  1024
 
@@ -20,7 +20,7 @@ static off_t place_of(unsigned sector, uint32_t word)
     return (off_t)(sector * SECTOR_BYTES + word * sizeof word);
 }
 
-/// A file that ends early is erased from there on.
+/// Reads a word. A file that ends early reads as erased from there on.
 static uint32_t read_word(void *context, unsigned sector, uint32_t word)
 {
     const params_file_t *store = context;
@@ -33,13 +33,14 @@ static bool erase(void *context, unsigned sector)
     const params_file_t *store = context;
     uint32_t             words[PARAMS_FILE_SECTOR_WORDS];
     memset(words, 0xff, sizeof words);
-    // The kernel may write a sector's blocks in any order, so the mark that it is replaced must be on the disk before one is erased.
+    // The kernel may write a sector's blocks in any order, so the mark "replaced" must be on the disk before a block is erased.
     return fdatasync(store->file) == 0 &&
            pwrite(store->file, words, sizeof words, place_of(sector, 0)) == (ssize_t)sizeof words &&
            fdatasync(store->file) == 0;
 }
 
-/// As in flash, a write only clears bits. A mark waits until what came before it is on the disk, also a mark of before.
+/// Writes a word. It only clears bits, as flash does. A mark waits until all earlier writes, including an earlier mark, are
+/// on the disk.
 static bool write_word(void *context, unsigned sector, uint32_t word, uint32_t value)
 {
     const params_file_t *store   = context;
@@ -54,7 +55,7 @@ static bool can_be_mark(uint32_t word)
     return word == ERASED || word == STORE_CURRENT || word == REPLACED;
 }
 
-/// What cannot be read must not be taken for what was never saved.
+/// Checks that the file can be read, because a file that cannot be read must not count as one that was never saved.
 static bool can_be_read(const params_file_t *store)
 {
     uint32_t words[PARAMS_FILE_SECTOR_WORDS];
@@ -66,7 +67,7 @@ static bool can_be_read(const params_file_t *store)
     return ok;
 }
 
-/// Empty, or begins with a mark, of which one word may have rotted.
+/// Returns true if the file is empty or begins with a mark, of which one word may have rotted.
 static bool is_store(params_file_t *store)
 {
     struct stat is;
@@ -74,7 +75,7 @@ static bool is_store(params_file_t *store)
            (can_be_mark(read_word(store, 0, 0)) || can_be_mark(read_word(store, 0, 1)));
 }
 
-/// A file that was just made must be found again after the power fails.
+/// Flushes the folder, so that a file that was just created is found again after the power fails.
 static bool sync_folder(const char *path)
 {
     char copy[PATH_LENGTH];
@@ -116,7 +117,7 @@ bool params_file_open(params_file_t *store, const char *path, common_error_t *er
     }
     if (!is_store(store))
     {
-        return fail(store, path, "this is no store of params", error);
+        return fail(store, path, "this is not a store of params", error);
     }
     return sync_folder(path) || fail(store, path, strerror(errno), error);
 }

@@ -1,5 +1,5 @@
-// The program opens everything and then is two processes (supervisor.h). The one with the loop has up to three threads: this
-// one makes the ticks, recorder.h writes the log, background.h serves the bus.
+// The program opens everything and then becomes two processes (supervisor.h). The process with the loop has up to three threads:
+// this one makes the ticks, recorder.h writes the log, background.h serves the bus.
 
 #include "program.h"
 
@@ -41,9 +41,9 @@
 enum
 {
     EXIT_OK    = 0,
-    EXIT_SETUP = 1, ///< configuration, devices, log
+    EXIT_SETUP = 1, ///< configuration, devices or log are wrong
     EXIT_USAGE = 2,
-    EXIT_FAULT = 3 ///< the drive stopped for a fault
+    EXIT_FAULT = 3 ///< a fault stopped the drive
 };
 
 typedef struct
@@ -52,16 +52,16 @@ typedef struct
     const char *sets[SETS_MAX];
     unsigned    set_count;
     bool        check, keys;
-    double      duration_s; ///< 0: until a signal
+    double      duration_s; ///< 0: the run ends at a signal
     enum
     {
-        REFERENCE_SCENARIO, ///< with a bus, if --reference is left out: none
+        REFERENCE_SCENARIO, ///< --reference is missing: the scenario's, or none with a bus
         REFERENCE_CONSTANT,
         REFERENCE_LINES
     } reference;
-    bool        has_reference; ///< on the command line
+    bool        has_reference; ///< the command line has --reference
     double      constant_n;
-    const char *shape; ///< of the scenario's reference, or its file; null: as the scenario has it
+    const char *shape; ///< shape or file that replaces the scenario's reference; null: none
 } options_t;
 
 // --- the command line ----------------------------------------------------------------------------------------------
@@ -84,14 +84,16 @@ static const struct argp_option known[] = {
     {.name = "duration",
      .key  = OPTION_DURATION,
      .arg  = "S",
-     .doc  = "ends after that time in s; without it at a signal, e.g. SIGINT or SIGTERM"},
+     .doc  = "ends after this time in s; without it, at a signal, e.g. SIGINT or SIGTERM"},
     {.name = "keys", .key = OPTION_KEYS, .doc = "prints the configuration's keys as a table in Markdown and ends"},
     {.name = "log", .key = OPTION_LOG, .arg = "FILE.csv", .doc = "writes a row a tick, which tribo-sim replay reads"},
     {.name = "reference",
      .key  = OPTION_REFERENCE,
      .arg  = "N|SHAPE|FILE.csv|-",
-     .doc  = "a constant in N, a shape of scenarios (triangle, sine ...), a file with t_s and r_N, or lines with a "
-             "number in N on standard input; if left out the bus's or, without one, the scenario's"},
+     .doc =
+         "a constant in N, a shape of scenarios (triangle, sine ...), a file with t_s and r_N, or lines with a "
+         "number in N on standard input; without this option the reference of the bus or, without a bus, that of the "
+         "scenario"},
     {.name = "set",
      .key  = OPTION_SET,
      .arg  = "KEY=VALUE",
@@ -102,7 +104,7 @@ static const struct argp_option known[] = {
      .doc  = "for tests: a tick for each byte of the file IN, and a byte to OUT after it, in place of the clock"},
     {.name = NULL}};
 
-/// A shape's name begins with a letter, and a file's ends with .csv: what else is no number was meant as one.
+/// Returns true for text that was meant as a number: a shape's name begins with a letter, and a file's name ends with .csv.
 static bool is_meant_as_number(const char *value)
 {
     const char *dot = strrchr(value, '.');
@@ -192,45 +194,45 @@ static error_t take(int key, char *value, struct argp_state *state)
 typedef struct
 {
     const options_t   *options;
-    const desk_t      *desk; ///< null: devices
+    const desk_t      *desk; ///< null: the drive is on devices and lines
     const rig_t       *rig;
     common_scenario_t *scenario;
     board_t            board;
-    params_set_t       defaults; ///< of the configuration and its scenario
+    params_set_t       defaults; ///< from the configuration and its scenario
     params_ceiling_t   ceilings[48];
     uint32_t           ceiling_count;
     params_file_t      store;
     registers_t        registers;
     uint32_t           ring[TRACE_WORDS];
     gate_t             gate;
-    bus_t             *bus; ///< null: none
+    bus_t             *bus; ///< null: there is no bus
     background_t       background;
     common_reference_t reference;
     recorder_t        *recorder;
-    int                ticks_in, ticks_out; ///< -1: the clock
+    int                ticks_in, ticks_out; ///< -1: the clock makes the ticks
 
-    char        line[64]; ///< of standard input, as far as it has come
+    char        line[64]; ///< the present line of standard input, as far as it has come
     size_t      line_length;
-    bool        line_end; ///< of standard input
+    bool        line_end; ///< standard input has ended
     histogram_t wake, step;
     uint64_t    overruns, late;
 } program_t;
 
-/// True if the loop takes references up to `peak_n`: it coasts at larger ones.
+/// Returns true if the loop accepts references up to `peak_n`. It would coast at larger ones.
 static bool check_reference(const program_t *program, const char *name, double peak_n, common_error_t *error)
 {
     float most_n;
     memcpy(&most_n, &program->registers.active->set.loop[PARAMS_INPUT_MAX - PARAMS_LOOP_AT], sizeof most_n);
     return peak_n <= (double)most_n ||
            common_error_set(error,
-                            "%s: %.9g N: must be within -%.9g to %.9g N, as limits.input_max_N has it",
+                            "%s: %.9g N: must be within -%.9g to %.9g N, the range of limits.input_max_N",
                             name,
                             peak_n,
                             (double)most_n,
                             (double)most_n);
 }
 
-/// A number in N a line. What is none, or beyond the loop's range, ends the run.
+/// Takes a line with a number in N. A line that is not a number, or beyond the loop's range, ends the run.
 static bool take_line(program_t *program, common_error_t *error)
 {
     double value;
@@ -249,7 +251,7 @@ static bool take_line(program_t *program, common_error_t *error)
     return true;
 }
 
-/// What has come on standard input since the last tick, without waiting.
+/// Takes everything that has come on standard input since the last tick, without waiting.
 static bool read_lines(program_t *program, common_error_t *error)
 {
     struct pollfd input = {.fd = STDIN_FILENO, .events = POLLIN};
@@ -279,7 +281,7 @@ static bool renew_reference(program_t *program, double t_s, common_error_t *erro
     drive_t *drive = &program->registers.drive;
     if (program->bus != NULL && !program->options->has_reference)
     {
-        return true; // the bus gives it
+        return true; // the bus sets the reference
     }
     switch (program->options->reference)
     {
@@ -294,7 +296,7 @@ static bool renew_reference(program_t *program, double t_s, common_error_t *erro
     }
 }
 
-/// Until `due_ns`. In parts, as a signal may come just before one.
+/// Waits until `due_ns`, in several parts, because a signal may come just before a wait begins.
 static void sleep_until(int64_t due_ns)
 {
     for (int64_t now_ns = realtime_now_ns(); now_ns < due_ns && signals_latest() == 0; now_ns = realtime_now_ns())
@@ -303,7 +305,7 @@ static void sleep_until(int64_t due_ns)
     }
 }
 
-/// Waits for tick `number`. False if the run is to end.
+/// Waits for tick `number`. Returns false if the run is to end.
 static bool wait_for_tick(program_t *program, uint64_t number, int64_t *due_ns)
 {
     char byte;
@@ -336,7 +338,7 @@ static void record(program_t *program, double t_s, int64_t late_ns, int64_t step
                                    .step_us = (float)step_ns / NS_PER_US});
 }
 
-/// One tick. False if the run is to end.
+/// Runs one tick. Returns false if the run is to end.
 static bool tick(program_t *program, uint64_t number, int64_t due_ns, common_error_t *error)
 {
     board_t      *board    = &program->board;
@@ -352,7 +354,7 @@ static bool tick(program_t *program, uint64_t number, int64_t due_ns, common_err
     gate_pass(&program->gate);
     if (program->bus == NULL)
     {
-        registers_run(&program->registers); // no background does it: the params' seal
+        registers_run(&program->registers); // without a background, this checks the params' seal
     }
     board->failed = (board->lines != NULL && !lines_set(board->lines, LINE_PROBE, false)) || board->failed;
     board_pulse(board);
@@ -381,7 +383,7 @@ static bool complain_of_supervisor(const program_t *program, common_error_t *err
                             (unsigned long long)program->rig->heartbeat_ms);
 }
 
-/// From the start of the drive to its end. The number of ticks.
+/// Runs the drive from its start to its end. Returns the number of ticks.
 static uint64_t run_ticks(program_t *program, heart_t *heart, common_error_t *error)
 {
     uint64_t number = 0;
@@ -410,7 +412,7 @@ static int end(program_t *program, uint64_t ticks, common_error_t *error)
     uint64_t written = 0;
     uint64_t dropped = 0;
     drive_report(&program->registers.drive);
-    drive_log(&program->registers.drive); // of its warnings, if the bus has not
+    drive_log(&program->registers.drive); // logs warnings that the bus has not logged
     if (program->recorder != NULL && recorder_stop(program->recorder, &written, &dropped, error))
     {
         (void)
@@ -431,7 +433,7 @@ static int end(program_t *program, uint64_t ticks, common_error_t *error)
     return program->registers.drive.state == DRIVE_FAULT ? EXIT_FAULT : EXIT_OK;
 }
 
-/// The process with the loop.
+/// Runs the process with the loop.
 static int run(void *context, heart_t *heart)
 {
     program_t              *program  = context;
@@ -448,7 +450,7 @@ static int run(void *context, heart_t *heart)
         (void)fprintf(stderr, "%s: %s\n", program_invocation_short_name, error.text);
         return EXIT_SETUP;
     }
-    // After the other threads, which keep an ordinary priority.
+    // Comes after the other threads are started, so that they keep an ordinary priority.
     if (!realtime_enter(&realtime, &error))
     {
         (void)fprintf(stderr, "%s: no real time: %s\n", program_invocation_short_name, error.text);
@@ -462,7 +464,7 @@ static int run(void *context, heart_t *heart)
     if (has_bus && !background_stop(&program->background) && error.text[0] == '\0')
     {
         (void)common_error_set(&error,
-                               "store: %s: its disk takes too long, and is not waited for",
+                               "store: %s: its disk takes too long; the program ends without it",
                                program->rig->store);
     }
     return end(program, ticks, &error);
@@ -470,7 +472,7 @@ static int run(void *context, heart_t *heart)
 
 // --- setting up ----------------------------------------------------------------------------------------------------
 
-/// A path of the configuration, from its folder.
+/// Returns a path of the configuration, relative to its folder.
 static void path_of(const char *name, const char *config, char path[2 * RIG_PATH_MAX])
 {
     const char *slash  = strrchr(config, '/');
@@ -478,7 +480,7 @@ static void path_of(const char *name, const char *config, char path[2 * RIG_PATH
     (void)snprintf(path, 2 * RIG_PATH_MAX, "%.*s%s", length < (int)RIG_PATH_MAX ? length : 0, config, name);
 }
 
-/// --reference SHAPE or FILE.csv, as --set of the scenario's keys.
+/// Applies --reference SHAPE or FILE.csv like a --set of the scenario's keys.
 static bool set_shape(program_t *program, common_error_t *error)
 {
     const char *shape = program->options->shape;
@@ -517,14 +519,14 @@ static bool open_scenario(program_t *program, common_error_t *error)
            common_reference_init(&program->reference, program->scenario, error);
 }
 
-/// Of the configuration, or of its scenario.
+/// Reports an error in the configuration or in its scenario.
 static bool complain_of_set(program_t *program, const common_sources_t *sources, common_error_t *error)
 {
     const params_error_t *refused = &program->registers.refused;
     char                  what[160];
     (void)snprintf(what,
                    sizeof what,
-                   "%.9g does not fit devices and loop: %.9g to %.9g is expected",
+                   "%.9g does not suit the devices and the loop: %.9g to %.9g is expected",
                    (double)refused->value,
                    (double)refused->low,
                    (double)refused->high);
@@ -535,9 +537,9 @@ static bool complain_of_set(program_t *program, const common_sources_t *sources,
     return common_error_set(error, "%s: %s: %s", program->rig->scenario, params_name(refused->word), what);
 }
 
-static const rig_t *the_rig; // of suits, which gets nothing else
+static const rig_t *the_rig; // for `suits`, which has no context
 
-/// Ticks go on as they are set up.
+/// Keeps the period, because ticks go on as they were set up.
 static bool suits(const params_set_t *set, params_error_t *error)
 {
     const float period_us = (float)the_rig->drive.period_us;
@@ -545,11 +547,11 @@ static bool suits(const params_set_t *set, params_error_t *error)
     return set->drive.period_us == the_rig->drive.period_us;
 }
 
-/// What is in use, and whether it is what the configuration says.
+/// Reports which params are in use, and whether they differ from the configuration's.
 static void report_params(const program_t *program)
 {
     const registers_t *registers = &program->registers;
-    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison,cert-exp42-c,cert-flp37-c): copied whole, with its padding
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison,cert-exp42-c,cert-flp37-c): the struct is copied whole, with its padding
     const bool same = memcmp(&registers->active->set, &program->defaults, sizeof program->defaults) == 0;
     (void)fprintf(stderr,
                   "params: %s%s%s\n",
@@ -573,22 +575,23 @@ static void add_ceiling(program_t *program, uint16_t word, float low, float high
     program->ceilings[program->ceiling_count++] = (params_ceiling_t){.word = word, .low = low, .high = high};
 }
 
-/// A newton of the loop must not become more at the motor and at the sensor, nor no current some.
+/// Limits scaling and zeros, so that a set cannot make a newton of the loop larger at the motor or the sensor, or make no
+/// current some.
 static void take_ceilings_of_scaling(program_t *program)
 {
     const drive_config_t *drive = &program->defaults.drive;
     add_ceiling(program, DRIVE_CONFIG_command_n_per_unit, drive->command_n_per_unit, FLT_MAX);
     add_ceiling(program, DRIVE_CONFIG_command_zero_units, drive->command_zero_units, drive->command_zero_units);
     add_ceiling(program, DRIVE_CONFIG_sensor_n_per_unit, drive->sensor_n_per_unit, FLT_MAX);
-    const float tare_units = drive->tare_max_n / drive->sensor_n_per_unit; // however many tares are saved
+    const float tare_units = drive->tare_max_n / drive->sensor_n_per_unit; // holds for any number of saved tares
     add_ceiling(program,
                 DRIVE_CONFIG_sensor_zero_units,
                 drive->sensor_zero_units - tare_units,
                 drive->sensor_zero_units + tare_units);
 }
 
-/// What the residual's model believes, within a factor of 2 of the rig's, and the weight within half of the residual's bound: slower, or
-/// with another weight, it would expect whatever a broken sensor shows.
+/// Keeps the residual's model at most a factor of 2 slower than the rig's, and its weight within half of the residual's bound. A
+/// slower model, or one with another weight, would expect whatever a broken sensor shows.
 static void take_ceilings_of_model(program_t *program)
 {
     static const uint16_t quick[] = {DRIVE_CONFIG_actuator_pole_rad_per_s,
@@ -613,7 +616,7 @@ static void take_ceilings_of_model(program_t *program)
     add_ceiling(program, PARAMS_GRAVITY, weight - room, weight + room);
 }
 
-/// A slow ramp without a host is as good as no fault, and its end may only be nearer to 0.
+/// Limits the ramp without a host, because a slow one is as good as no fault. Its end may only be nearer to 0.
 static void take_ceilings_of_reference(program_t *program)
 {
     const drive_config_t *drive = &program->defaults.drive;
@@ -626,7 +629,7 @@ static void take_ceilings_of_reference(program_t *program)
     }
 }
 
-/// What the configuration allows is the widest: the bus and the store may narrow it. What it turns off they may turn on.
+/// The configuration sets the widest ranges. The bus and the store may narrow them, and turn on checks that it turns off.
 static void take_ceilings(program_t *program)
 {
     static const uint16_t rising[] = {PARAMS_INPUT_MAX,
@@ -672,7 +675,7 @@ static void take_ceilings(program_t *program)
     {
         add_ceiling(program, DRIVE_CONFIG_bus_low_v, set->drive.bus_low_v, FLT_MAX);
     }
-    if (set->drive.debounce_n > 1u) // of fewer readings they are rarer
+    if (set->drive.debounce_n > 1u) // of fewer readings, bad ones are rarer
     {
         add_ceiling(program, DRIVE_CONFIG_debounce_m, (float)set->drive.debounce_m, FLT_MAX);
     }
@@ -688,7 +691,7 @@ static bool open_store(program_t *program, common_error_t *error)
     return program->rig->store[0] == '\0' || params_file_open(&program->store, path, error);
 }
 
-/// Poles that the configuration names itself are not those of the scenario's feed-forward.
+/// Keeps poles that the configuration names itself; the scenario's feed-forward gives the others.
 static void keep_poles(drive_config_t *drive, const drive_config_t *named, const common_sources_t *sources)
 {
     if (common_sources_has(sources, "drive.actuator_pole_rad_per_s"))
@@ -701,7 +704,7 @@ static void keep_poles(drive_config_t *drive, const drive_config_t *named, const
     }
 }
 
-/// The application behind its registers, with the configuration's params as its board's defaults.
+/// Sets up the application behind its registers, with the configuration's params as the board's defaults.
 static bool set_up_drive(program_t *program, const common_sources_t *sources, common_error_t *error)
 {
     const common_loop_keys_t *config    = common_scenario_loop(program->scenario);
@@ -748,7 +751,7 @@ static bool set_up_drive(program_t *program, const common_sources_t *sources, co
     return true;
 }
 
-/// The reference of the command line or the scenario, where the bus does not give it.
+/// Makes the reference of the command line or the scenario, unless the bus sets it.
 static bool check_given_reference(const program_t *program, common_error_t *error)
 {
     const options_t *options = program->options;
@@ -786,13 +789,13 @@ static bool open_bus(program_t *program, common_error_t *error)
     return error->text[0] == '\0';
 }
 
-/// With ticks from outside time is theirs, however long they take.
+/// With ticks from outside, each tick is one period, however long it takes.
 static int64_t slack_of(const program_t *program)
 {
     return program->options->ticks != NULL ? INT64_MAX : (int64_t)program->rig->catch_up_ms * NS_PER_MS;
 }
 
-/// Whether it is there: opening it would arm it.
+/// Checks whether the watchdog exists; opening it would arm it.
 static bool find_watchdog(const program_t *program, common_error_t *error)
 {
     const char *watchdog = rig_watchdog(program->rig);
@@ -808,7 +811,7 @@ static bool find_watchdog(const program_t *program, common_error_t *error)
     return access(watchdog, W_OK) == 0 || common_error_set(error, "watchdog: %s: %s", watchdog, strerror(errno));
 }
 
-/// A rig's CPU has to be there, and a desk's unless it may run without real time.
+/// A rig's CPU must exist, and that of a desk unless it may run without real time.
 static bool find_cpu(const program_t *program, common_error_t *error)
 {
     if (realtime_check_cpu((int64_t)program->rig->cpu, error))
@@ -824,7 +827,7 @@ static bool find_cpu(const program_t *program, common_error_t *error)
     return goes_on;
 }
 
-/// Unless the scenario needs none.
+/// Checks the sensor's keys, unless the scenario needs no sensor.
 static bool find_sensor(const program_t *program, const common_sources_t *sources, common_error_t *error)
 {
     const bool needs = common_scenario_loop(program->scenario)->compensator.sensor != COMMON_SENSOR_NONE;
@@ -859,7 +862,7 @@ static int open_and_run(program_t *program, const common_sources_t *sources, com
                                                                                   : -1;
         if (status == EXIT_OK && program->options->check)
         {
-            (void)printf("%s: all is open, nothing has moved\n", program_invocation_short_name);
+            (void)printf("%s: everything is open, nothing has moved\n", program_invocation_short_name);
         }
     }
     board_off(&program->board);

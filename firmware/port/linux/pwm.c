@@ -60,7 +60,7 @@ bool pwm_open(pwm_t *pwm, const pwm_config_t *config, float idle, const char *ke
                                 config->channel,
                                 strerror(errno));
     }
-    // A duty of before that is longer than the new period goes first.
+    // Reset an earlier duty first, which may be longer than the new period.
     const bool period = set(channel, "period", pwm->period_ns) ||
                         (set(channel, "duty_cycle", 0) && set(channel, "period", pwm->period_ns));
     const bool ok = period && set(channel, "duty_cycle", duty_ns(pwm, idle)) && set(channel, "enable", 1);

@@ -16,20 +16,20 @@
 
 #define WAKE_NS    20000000
 #define WAKE_MS    20
-#define PIPE_NS    INT64_C(1000000000) ///< at the end, for a pipe that takes nothing ...
-#define ABANDON_NS INT64_C(2000000000) ///< ... or a disk, which keeps the thread
+#define PIPE_NS    INT64_C(1000000000) ///< longest wait at the end for a pipe that accepts nothing ...
+#define ABANDON_NS INT64_C(2000000000) ///< ... or for a disk, which keeps the thread
 
-#define ROW_BYTES  192u ///< more than a row has
+#define ROW_BYTES  192u ///< more bytes than a row has
 #define PART_BYTES 16384u
 
 struct recorder
 {
     recorder_row_t       rows[RECORDER_ROWS];
-    atomic_uint_fast64_t added, taken; ///< rows, by the tick and by the thread
+    atomic_uint_fast64_t added, taken; ///< rows added by the tick, and taken by the thread
     atomic_bool          stops, has_ended;
     atomic_int_fast64_t  moved_ns; ///< when the file last took some bytes, or the end began
-    uint64_t             dropped;  ///< by the tick alone
-    const char          *path;     ///< for messages
+    uint64_t             dropped;  ///< rows dropped; only the tick writes this
+    const char          *path;     ///< name of the file in messages
     int                  file;
     int                  failed;   ///< errno of the first row that was not written
     bool                 is_stuck; ///< the last try failed
@@ -53,7 +53,7 @@ static size_t print_row(char *text, const recorder_row_t *row)
     return length > 0 && length < (int)ROW_BYTES ? (size_t)length : 0u;
 }
 
-/// False: at the end, and it has taken nothing for too long.
+/// Returns false if the end has begun and the file has accepted nothing for too long.
 static bool wait_for_room(recorder_t *recorder)
 {
     struct pollfd room = {.fd = recorder->file, .events = POLLOUT};
@@ -61,7 +61,8 @@ static bool wait_for_room(recorder_t *recorder)
     return !atomic_load(&recorder->stops) || realtime_now_ns() - atomic_load(&recorder->moved_ns) < PIPE_NS;
 }
 
-/// All of it or, where the disk took a part, nothing: the file ends with a whole row. What takes no truncation is no file.
+/// Writes all bytes or, if the disk accepted only a part, none, so that the file ends with a whole row. A target that cannot be
+/// truncated is not a file.
 static int write_whole(recorder_t *recorder, const char *text, size_t length)
 {
     const int file   = recorder->file;
@@ -77,7 +78,7 @@ static int write_whole(recorder_t *recorder, const char *text, size_t length)
         }
         else if (errno != EAGAIN || !wait_for_room(recorder))
         {
-            failed = errno == EAGAIN ? ETIMEDOUT : errno; // as its reader does not come
+            failed = errno == EAGAIN ? ETIMEDOUT : errno; // no one reads the pipe
         }
     }
     if (failed != 0 && done > 0u)
@@ -88,7 +89,7 @@ static int write_whole(recorder_t *recorder, const char *text, size_t length)
     return failed;
 }
 
-/// When it happens: the drive goes on, and rows that find no room until the disk takes them are dropped.
+/// Reports a failure when it happens. The drive goes on, and rows are dropped if there is no room until the disk accepts them.
 static void report(recorder_t *recorder, int failed)
 {
     if ((failed != 0) != recorder->is_stuck)
@@ -168,7 +169,7 @@ recorder_t *recorder_start(const char *path, common_error_t *error)
     }
     if (status != 0)
     {
-        const bool is_pipe = status == ENXIO; // no write to it waits, also not the one that opens it
+        const bool is_pipe = status == ENXIO; // a pipe is opened without waiting for its reader
         (void)common_error_set(error, "--log %s: %s", path, is_pipe ? "nobody reads this pipe" : strerror(status));
         if (recorder->file >= 0)
         {
@@ -196,7 +197,7 @@ void recorder_add(recorder_t *recorder, const recorder_row_t *row)
     atomic_store_explicit(&recorder->added, added + 1u, memory_order_release);
 }
 
-/// False: the disk takes nothing, and the thread waits for it.
+/// Ends the thread. Returns false if the disk accepts nothing and the thread waits for it.
 static bool wait_for_end(recorder_t *recorder)
 {
     atomic_store(&recorder->moved_ns, realtime_now_ns());
@@ -215,7 +216,7 @@ bool recorder_stop(recorder_t *recorder, uint64_t *written, uint64_t *dropped, c
     *dropped             = recorder->dropped + atomic_load(&recorder->added) - *written;
     if (!has_ended)
     {
-        return common_error_set(error, "--log: it takes no rows any more"); // the thread still has it all
+        return common_error_set(error, "--log: the disk accepts no more rows"); // the thread still uses the recorder
     }
     const int closed = close(recorder->file) == 0 ? 0 : errno;
     const int failed = recorder->failed != 0 ? recorder->failed : closed;

@@ -1,7 +1,7 @@
-/// The log of a drive: the tick puts one row into a ring, and a thread writes the ring as the CSV that `tribo-sim replay` reads.
-/// The tick never waits: a row for which there is no room is dropped and counted. A disk that refuses rows, e.g. a full one, is
-/// reported on standard error, and so is its recovery. The file always has whole rows. The end waits for a pipe or a disk only as long
-/// as it takes rows.
+/// Writes the log of a drive: the tick puts one row into a ring, and a thread writes the ring as the CSV that `tribo-sim
+/// replay` reads. The tick never waits: a row for which there is no room is dropped and counted. A disk that refuses rows,
+/// e.g. a full one, is reported on standard error, and so is its recovery. The file always has whole rows. The end waits for
+/// a pipe or a disk only while it accepts rows.
 ///
 ///     t_s,r_N,F_N,u_N,state,fault,limits,late_us,step_us        F_N: the sensor's reading
 
@@ -25,14 +25,14 @@ typedef struct
 
 typedef struct recorder recorder_t;
 
-/// Makes the file and starts the thread. `path` outlives it. Null with the path and the cause in `error`.
+/// Creates the file and starts the thread. `path` must outlive it. Returns null with the path and the cause in `error`.
 recorder_t *recorder_start(const char *path, common_error_t *error);
 
-/// Called by the tick alone. Nothing happens if the recorder is null.
+/// Adds a row. Only the tick calls this. It does nothing if the recorder is null.
 void recorder_add(recorder_t *recorder, const recorder_row_t *row);
 
-/// Writes the remaining rows and closes the file. False, with the cause in `error`, if the disk has ever refused a row. `dropped`
-/// and `written` are rows.
+/// Writes the remaining rows and closes the file. Returns false, with the cause in `error`, if the disk has ever refused a row.
+/// `dropped` and `written` count rows.
 bool recorder_stop(recorder_t *recorder, uint64_t *written, uint64_t *dropped, common_error_t *error);
 
 #endif

@@ -19,24 +19,24 @@ static void drop(rtu_t *rtu, size_t count)
     memmove(rtu->bytes, rtu->bytes + count, rtu->length);
 }
 
-/// What the function allows, as a request and as an answer: beyond `length` until the byte that says it has come; 0: a function of
-/// another length.
+/// Finds the lengths of a request and of an answer with this function. A length is beyond `length` until the byte that gives
+/// it has come, and 0 if the function has no known length.
 static void sizes_of(const uint8_t *bytes, size_t length, size_t sizes[2])
 {
     switch (bytes[1])
     {
-    case 3: // read: count and values are in the answer
+    case 3: // read: the answer has a count and values
         sizes[0] = 8u;
         sizes[1] = 5u + bytes[2];
         return;
-    case 6: // write one: the answer is as the request
+    case 6: // write one: the answer repeats the request
         sizes[0] = sizes[1] = 8u;
         return;
-    case 16: // write: count and values are in the request
+    case 16: // write: the request has a count and values
         sizes[0] = length > 6u ? 9u + bytes[6] : length + 1u;
         sizes[1] = 8u;
         return;
-    case 23: // both
+    case 23: // write and read: both have a count and values
         sizes[0] = length > 10u ? 13u + bytes[10] : length + 1u;
         sizes[1] = 5u + bytes[2];
         return;
@@ -50,7 +50,7 @@ static bool is_frame(const uint8_t *bytes, size_t size)
     return size >= FRAME_MIN && size <= MODBUS_FRAME_MAX && crc16(bytes, size) == 0u;
 }
 
-/// Of a function of any length, the first place with a fitting CRC; 0: none.
+/// Returns the length of a frame with a function of any length: up to the first place with a matching CRC; 0 if there is none.
 static size_t find_end(const uint8_t *bytes, size_t length)
 {
     size_t size = FRAME_MIN;
@@ -61,8 +61,8 @@ static size_t find_end(const uint8_t *bytes, size_t length)
     return size <= length ? size : 0u;
 }
 
-/// The size of the frame that the bytes begin with; 0: none, or not yet. Where bytes were skipped before, only of a function with a
-/// known length: in noise some other place with a fitting CRC is soon found.
+/// Returns the size of the frame at the beginning of the bytes; 0 if there is none, or not yet. If bytes were skipped
+/// before, only functions of a known length count, because noise soon has some place with a matching CRC.
 static size_t find(const rtu_t *rtu, bool is_silent)
 {
     const size_t length = rtu->length < MODBUS_FRAME_MAX ? rtu->length : MODBUS_FRAME_MAX;

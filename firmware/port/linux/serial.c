@@ -1,6 +1,6 @@
 #include "serial.h"
 
-#include <asm/termbits.h> // of any rate; termios.h has a list of them, and does not go with it
+#include <asm/termbits.h> // supports any rate; termios.h has only a list of rates, and cannot be included as well
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/serial.h>
@@ -8,7 +8,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#define RATE_PART 20u ///< a UART's divider may be off by a part of it
+#define RATE_PART 20u ///< a UART's divider may change the rate by one part in so many
 
 static bool has_rate(int file, uint32_t baud)
 {

@@ -6,10 +6,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// The line's file; negative, with errno: it cannot be opened, is no line, or has no such rate.
+/// Returns the line's file; negative, with errno, if it cannot be opened, is not a line, or does not have this rate.
 int serial_open(const char *path, uint32_t baud, bool rs485);
 
-/// What it has not sent yet is dropped, as a close would wait for it.
+/// Closes the line. Bytes that it has not sent yet are dropped, because a close would wait for them.
 void serial_close(int file);
 
 #endif

@@ -22,7 +22,7 @@ bool signals_stop(int signal, const siginfo_t *info)
 static void take(int number, siginfo_t *info, void *context)
 {
     (void)context;
-    if (is_fault(number) && info->si_code > 0) // not sent: the instruction fails again, and then ends the process
+    if (is_fault(number) && info->si_code > 0) // the kernel raised it: the instruction fails again and ends the process
     {
         (void)signal(number, SIG_DFL);
     }
@@ -38,7 +38,7 @@ void signals_take(void)
     sigset_t               none;
     for (int number = 1; number <= SIGRTMAX; number++)
     {
-        (void)sigaction(number, &action, NULL); // refused for those that nobody can take
+        (void)sigaction(number, &action, NULL); // refused for signals that cannot be caught
     }
     (void)sigemptyset(&none);
     (void)sigprocmask(SIG_SETMASK, &none, NULL);

@@ -1,5 +1,5 @@
-/// Signals to a drive. Whatever would end or stop a process by default stops the drive in order, whoever sends it: a terminal's keys
-/// and its hang-up, a service manager, a limit of the kernel.
+/// Handles signals to a drive. Every signal that would end or stop a process by default stops the drive in order, from any
+/// sender: a terminal's keys and its hang-up, a service manager, a limit of the kernel.
 
 #ifndef LINUX_SIGNALS_H
 #define LINUX_SIGNALS_H
@@ -7,16 +7,18 @@
 #include <signal.h>
 #include <stdbool.h>
 
-/// Whether it asks for a stop. Not what is ignored by default (a child's end, a window's size), nor what this process has caused
-/// itself by a write to a pipe that nobody reads, or beyond a file's limit: the write says so.
+/// Returns whether a signal requests a stop. Signals that are ignored by default (a child's end, a window's size) do not.
+/// Nor do those that this process causes by a write to a pipe without a reader or beyond a file's limit, because the write
+/// reports an error.
 bool signals_stop(int signal, const siginfo_t *info);
 
-/// From now on the latest that asks for a stop is signals_latest(), 0: none. For a process with all signals blocked: they come
-/// from now on, also those of before. A fault of the program itself ends it.
+/// Makes signals_latest() return the latest signal that requests a stop; 0 if there is none. Call this with all signals
+/// blocked: they arrive from now on, including earlier ones. A fault of the program itself ends it.
 void signals_take(void);
 int  signals_latest(void);
 
-/// For threads that are made next, until `before` is set again: signals are for the one that makes them.
+/// Blocks signals for the threads that are created next, so that only the creating thread gets them. Ends when `before` is
+/// set again.
 void signals_block(sigset_t *before);
 
 #endif

@@ -20,19 +20,19 @@
 #define LOOK_NS 2000000 ///< how often the supervisor looks
 
 #define LOOKS_PER_S (1000000000u / LOOK_NS)
-#define PARTS       4 ///< of the time without a look: beats that it takes at least
+#define PARTS       4 ///< least number of beats in a time without a look that shows a missing supervisor
 
 struct heart
 {
     atomic_uint_fast32_t beats, looks;
     atomic_bool          is_over;
 
-    // The loop's.
+    // State of the loop.
     uint_fast32_t looks_seen;
     int64_t       beat_ns, quiet_ns, quiet_max_ns;
 };
 
-/// The time in which the loop itself has not run does not count: the supervisor may have waited for the same processor.
+/// Time in which the loop itself has not run does not count, because the supervisor may have waited for the same processor.
 bool heart_beat(heart_t *heart)
 {
     (void)atomic_fetch_add_explicit(&heart->beats, 1u, memory_order_relaxed);
@@ -59,7 +59,7 @@ static void tell_watchdog(int watchdog, char what)
     }
 }
 
-/// A driver may take another timeout than it is given, and say so.
+/// Sets the timeout and reads it back, because a driver may choose another one.
 static bool set_timeout(int watchdog, const supervisor_config_t *config, common_error_t *error)
 {
     const int requested = (int)config->watchdog_s;
@@ -68,13 +68,13 @@ static bool set_timeout(int watchdog, const supervisor_config_t *config, common_
     if (ioctl(watchdog, WDIOC_SETTIMEOUT, &given) != 0 || ioctl(watchdog, WDIOC_GETTIMEOUT, &taken) != 0)
     {
         return common_error_set(error,
-                                "watchdog: %s: takes no timeout of %d s (watchdog_s): %s",
+                                "watchdog: %s: does not accept a timeout of %d s (watchdog_s): %s",
                                 config->watchdog,
                                 requested,
                                 strerror(errno));
     }
     return taken == requested || common_error_set(error,
-                                                  "watchdog_s: %d: %s has a timeout of %d s in its place",
+                                                  "watchdog_s: %d: %s uses a timeout of %d s instead",
                                                   requested,
                                                   config->watchdog,
                                                   taken);
@@ -101,7 +101,8 @@ static int open_watchdog(const supervisor_config_t *config, common_error_t *erro
     return watchdog;
 }
 
-/// One killall does not take both processes. What ps shows are the process's arguments, in place; messages keep the program's name.
+/// Renames the supervisor, so that one killall does not end both processes. ps shows a process's arguments, which are
+/// overwritten in place; messages keep the program's name.
 static void take_name(void)
 {
     static char  own[64];
@@ -122,7 +123,7 @@ typedef struct
     pid_t         loop;
     uint_fast32_t beats;
     uint64_t      quiet;  ///< looks without a beat
-    uint64_t      ending; ///< looks since it was asked to end, or rests
+    uint64_t      ending; ///< looks since the loop was requested to end, or rests
     bool          is_asked, is_killed;
 } watch_t;
 
@@ -134,7 +135,8 @@ static void kill_loop(const supervisor_config_t *config, watch_t *watch, const c
     watch->is_killed = true;
 }
 
-/// `timed_out`: no signal has cut the wait short. False: the heart does not beat.
+/// Checks the heartbeat after a wait; `timed_out` says that no signal cut the wait short. Returns false if the heart does
+/// not beat.
 static bool look(const supervisor_config_t *config, heart_t *heart, watch_t *watch, bool timed_out)
 {
     const uint64_t      looks   = config->heartbeat_ms * 1000000u / LOOK_NS + 1u;
@@ -155,7 +157,7 @@ static bool look(const supervisor_config_t *config, heart_t *heart, watch_t *wat
     return watch->quiet < looks;
 }
 
-/// Until the loop's process ends or its heart stops. Returns its exit status as supervisor_run does.
+/// Watches until the loop's process ends or its heart stops. Returns its exit status as supervisor_run does.
 static int watch_loop(const supervisor_config_t *config, heart_t *heart, pid_t loop, int watchdog)
 {
     const struct timespec pause  = {.tv_nsec = LOOK_NS};
@@ -192,7 +194,7 @@ static int run_loop(int (*loop)(void *context, heart_t *heart), void *context, h
 {
     (void)setsid();
     signals_take();
-    // Without its supervisor the loop stops like for any SIGTERM.
+    // Without its supervisor the loop stops, as for any SIGTERM.
     (void)prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != supervisor)
     {
@@ -203,7 +205,7 @@ static int run_loop(int (*loop)(void *context, heart_t *heart), void *context, h
     return status;
 }
 
-/// The two processes. Returns as supervisor_run does.
+/// Runs the two processes. Returns what supervisor_run returns.
 static int run_both(const supervisor_config_t *config,
                     int (*loop)(void *context, heart_t *heart),
                     void           *context,
@@ -213,8 +215,8 @@ static int run_both(const supervisor_config_t *config,
 {
     sigset_t before;
     signals_block(&before);
-    (void)signal(SIGCHLD, SIG_DFL); // or the kernel would not tell of the loop's end
-    (void)fflush(NULL);             // or both would write what is left
+    (void)signal(SIGCHLD, SIG_DFL); // otherwise the kernel would not report the loop's end
+    (void)fflush(NULL);             // otherwise both processes would write the buffered output
     const pid_t supervisor = getpid();
     const pid_t process    = fork();
     if (process == 0)
@@ -224,12 +226,12 @@ static int run_both(const supervisor_config_t *config,
     int status = -1;
     if (process < 0)
     {
-        (void)common_error_set(error, "no process for the loop: %s", strerror(errno));
+        (void)common_error_set(error, "the loop's process cannot be created: %s", strerror(errno));
     }
     else
     {
         take_name();
-        // Only now, as the loop would inherit it. Without the privileges the loop says so.
+        // Set the priority only now, because the loop would inherit it. Without the privileges the loop reports that.
         common_error_t          refused   = {""};
         const realtime_config_t real_time = {.priority = config->priority, .cpu = -1};
         (void)realtime_enter(&real_time, &refused);
@@ -254,7 +256,7 @@ int supervisor_run(const supervisor_config_t *config,
     heart_t *heart  = mmap(NULL, sizeof *heart, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (heart == MAP_FAILED)
     {
-        (void)common_error_set(error, "no memory for a heartbeat: %s", strerror(errno));
+        (void)common_error_set(error, "memory for the heartbeat cannot be allocated: %s", strerror(errno));
     }
     else
     {

@@ -1,4 +1,4 @@
-/// A whole number in a file of sysfs that stays open.
+/// Reads and writes a whole number in a file of sysfs that stays open.
 
 #ifndef LINUX_TEXT_FILE_H
 #define LINUX_TEXT_FILE_H
@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// False if the kernel refuses, or if the file holds no number. Neither allocates.
+/// Return false if the kernel refuses, or if the file does not hold a number. They do not allocate.
 bool text_file_read(int file, int64_t *number);
 bool text_file_write(int file, int64_t number);
 

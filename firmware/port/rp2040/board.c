@@ -20,7 +20,7 @@ drive_fault_t board_reset_fault(uint32_t *exception, uint32_t *address)
     *address              = marked ? WATCHDOG->SCRATCH[2] : 0u;
     if (reason == 0u)
     {
-        return DRIVE_FAULT_NONE; // power-on, or the pin
+        return DRIVE_FAULT_NONE; // power-on, or the reset pin
     }
     if (*exception != 0u)
     {
@@ -44,7 +44,7 @@ void board_reset(uint32_t exception, uint32_t address)
 
 // --- clocks --------------------------------------------------------------------------------------------------------
 
-#define WAIT_TURNS 100000u // of a loop of about 10 cycles; each caller handles its expiry
+#define WAIT_TURNS 100000u // turns of a loop of about 10 cycles; each caller handles the time-out
 
 static bool wait_for(const reg_t *reg, uint32_t mask, uint32_t value)
 {
@@ -64,7 +64,7 @@ static bool take_out_of_reset(uint32_t blocks)
     return wait_for(&RESETS_RESET_DONE, blocks, blocks);
 }
 
-/// 12 MHz * feedback / (first * second)
+/// Starts a PLL at 12 MHz * feedback / (first * second).
 static bool start_pll(pll_t *pll, uint32_t feedback, uint32_t first, uint32_t second)
 {
     pll->CS        = 1; // the crystal, undivided
@@ -84,7 +84,7 @@ static bool start_pll(pll_t *pll, uint32_t feedback, uint32_t first, uint32_t se
 
 _Static_assert(WIRING_OSCILLATOR_HZ == 12000000u, "the PLLs' dividers");
 
-/// 125 MHz for the system and the UART, 48 MHz for the ADC, 1 MHz for timer and watchdog.
+/// Sets up 125 MHz for the system and the UART, 48 MHz for the ADC, and 1 MHz for timer and watchdog.
 static bool start_clocks(void)
 {
     XOSC_CTRL    = XOSC_CTRL_1_15MHZ;
@@ -96,7 +96,7 @@ static bool start_clocks(void)
     }
     CLK_REF->CTRL = CLK_REF_CTRL_XOSC;
     CLK_REF->DIV  = 1u << 8;
-    registers_clear(&CLK_SYS->CTRL, CLK_SYS_CTRL_AUX); // off the PLLs, which a boot loader may have started
+    registers_clear(&CLK_SYS->CTRL, CLK_SYS_CTRL_AUX); // leaves the PLLs, which a boot loader may have started
     if (!wait_for(&CLK_REF->SELECTED, 1u << 2, 1u << 2) || !wait_for(&CLK_SYS->SELECTED, 1u << 0, 1u << 0))
     {
         return false;
@@ -110,8 +110,8 @@ static bool start_clocks(void)
     CLK_SYS->DIV   = 1u << 8;
     CLK_SYS->CTRL  = CLK_SYS_CTRL_AUX;
     CLK_ADC->DIV   = 1u << 8;
-    CLK_ADC->CTRL  = CLK_CTRL_ENABLE; // AUXSRC 0: the USB's PLL
-    CLK_PERI->CTRL = CLK_CTRL_ENABLE; // AUXSRC 0: the system's
+    CLK_ADC->CTRL  = CLK_CTRL_ENABLE; // AUXSRC 0 is the USB's PLL
+    CLK_PERI->CTRL = CLK_CTRL_ENABLE; // AUXSRC 0 is the system's clock
     WATCHDOG->TICK = WATCHDOG_TICK_ENABLE | CRYSTAL_MHZ;
     return wait_for(&CLK_SYS->SELECTED, 1u << 1, 1u << 1);
 }
@@ -123,7 +123,7 @@ static bool start_clocks(void)
 
 static drive_config_t board_config;
 
-/// An input with a resistor to the level that an open wire shall have.
+/// Sets up an input with a resistor to the level that an open wire shall have.
 static void start_input(uint32_t pin, bool up)
 {
     PADS_BANK0[pin]    = PADS_IE | PADS_SCHMITT | (up ? PADS_PUE : PADS_PDE);
@@ -138,7 +138,7 @@ static void start_output(uint32_t pin)
     IO_BANK0[pin].CTRL = IO_CTRL_SIO;
 }
 
-/// Held low whatever the PWM says, or the PWM's.
+/// Holds an output low whatever the PWM does, or connects it to the PWM.
 static void connect_pwm(bool on)
 {
     const uint32_t control             = IO_CTRL_PWM | (on ? 0u : IO_CTRL_OUTOVER_LOW);
@@ -165,11 +165,11 @@ static void start_pins(const drive_config_t *config)
 
 static void start_uart(void)
 {
-    // 16 * baud * divider = clock; the divider has 6 bits behind the point.
+    // The clock is 16 * baud * divider; the divider has 6 bits behind the point.
     const uint32_t divider            = (SYSTEM_HZ * 4u + 115200u / 2u) / 115200u;
     UART0->IBRD                       = divider >> 6;
     UART0->FBRD                       = divider & 63u;
-    UART0->LCR_H                      = UART_LCR_H_8; // without its FIFOs: an interrupt a byte
+    UART0->LCR_H                      = UART_LCR_H_8; // without FIFOs, so that each byte interrupts
     UART0->CR                         = UART_CR_UARTEN | UART_CR_TXE | UART_CR_RXE;
     PADS_BANK0[WIRING_SEND_PIN]       = PADS_4MA;
     PADS_BANK0[WIRING_RECEIVE_PIN]    = PADS_IE | PADS_SCHMITT | PADS_PUE; // an open wire reads idle
@@ -180,7 +180,7 @@ static void start_uart(void)
 bool board_init(const drive_config_t *config)
 {
     const uint32_t blocks = RESETS_ADC | RESETS_IO_BANK0 | RESETS_PADS_BANK0 | RESETS_PWM | RESETS_TIMER | RESETS_UART0;
-    board_config          = *config; // a copy: the caller's params change later
+    board_config          = *config; // a copy, because the caller's params change later
     registers_set(&RESETS_RESET, blocks);
     if (!take_out_of_reset(RESETS_IO_BANK0 | RESETS_PADS_BANK0))
     {
@@ -197,11 +197,11 @@ bool board_init(const drive_config_t *config)
 }
 
 #define LINE_PRIORITY 3u // of 0 to 3
-#define TICK_PRIORITY 2u // a tick interrupts what is received
+#define TICK_PRIORITY 2u // a tick interrupts the reception of bytes
 #define STOP_PRIORITY 0u // stops interrupt a tick
 
 #define WATCHDOG_MS   30u
-#define WATCHDOG_LOAD (2u * 1000u * WATCHDOG_MS) // it counts down by two a microsecond, erratum RP2040-E1
+#define WATCHDOG_LOAD (2u * 1000u * WATCHDOG_MS) // the watchdog counts down by two a microsecond, erratum RP2040-E1
 
 #define STOP_EDGE IO_EDGE_HIGH(WIRING_STOP_PIN)
 
@@ -232,7 +232,7 @@ void board_start(void)
     WATCHDOG->LOAD = WATCHDOG_LOAD;
     WATCHDOG->CTRL = WATCHDOG_CTRL_ENABLE;
 
-    IO_BANK0_INTR0       = STOP_EDGE | fault_edge(); // edges caused by the pull-ups
+    IO_BANK0_INTR0       = STOP_EDGE | fault_edge(); // clears edges caused by the pull-ups
     IO_BANK0_PROC0_INTE0 = STOP_EDGE | fault_edge();
     start_interrupt(IO_BANK0_IRQn, STOP_PRIORITY);
 
@@ -263,9 +263,9 @@ void board_off(void)
 
 // --- the line ------------------------------------------------------------------------------------------------------
 
-static bool is_sending; // since the last look of board_release_line
+static bool is_sending; // a byte was sent since the last call of board_release_line
 
-/// With RS-485 the transceiver drives the line from the first byte on.
+/// Sends a byte. With RS-485 the transceiver drives the line from the first byte on ...
 static void transmit(uint8_t byte)
 {
     SIO->GPIO_OUT_SET = DRIVES_BIT;
@@ -273,7 +273,7 @@ static void transmit(uint8_t byte)
     is_sending        = true;
 }
 
-/// ... and leaves it once the last one is out, and nothing has followed between two looks.
+/// ... and releases it once the last byte is out and no byte has followed between two calls.
 void board_release_line(void)
 {
     const bool is_out = (UART0->FR & UART_FR_BUSY) == 0u;
@@ -324,7 +324,8 @@ void IO_BANK0_IRQHandler(void);
 void TIMER_0_IRQHandler(void)
 {
     TIMER_INTR = TIMER_INT_ALARM0;
-    // From the last alarm's time, so that no jitter adds up. One that has already passed would come in an hour.
+    // The next alarm counts from the time of the last one, so that jitter does not add up. An alarm in the past would come
+    // in an hour.
     const uint32_t next = TIMER_ALARM0 + BOARD_TICK_US;
     TIMER_ALARM0        = (int32_t)(next - TIMER_TIMERAWL) > 10 ? next : TIMER_TIMERAWL + BOARD_TICK_US;
     board_tick();
@@ -338,7 +339,8 @@ static void trip(trip_t *of, uint32_t edges, uint32_t edge)
     if ((edges & edge) != 0u)
     {
         trip_count(of);
-        registers_clear(&IO_BANK0_PROC0_INTE0, edge); // until the next tick: a bouncing input interrupts once a tick
+        registers_clear(&IO_BANK0_PROC0_INTE0,
+                        edge); // off until the next tick, so that a bouncing input interrupts once a tick
     }
 }
 
@@ -366,9 +368,9 @@ static bool take_trip(trip_t *of, uint32_t edge)
 // --- the drive's port ----------------------------------------------------------------------------------------------
 
 #define READINGS         16u
-#define CONVERSION_TURNS 100u // of a conversion of 2 us: more than 5 us
+#define CONVERSION_TURNS 100u // turns of waiting for a conversion of 2 us: more than 5 us
 
-/// False if the converter does not answer.
+/// Converts a channel. Returns false if the converter does not answer.
 static bool convert(uint32_t channel, uint32_t *code)
 {
     ADC_CS = ADC_CS_EN | channel << ADC_CS_AINSEL_Pos | ADC_CS_START;
@@ -401,7 +403,7 @@ static bool read_sensor(void *context, loop_force_t *reading)
     return true;
 }
 
-/// What is not measured exceeds every level.
+/// Measures a quantity. One that cannot be measured exceeds every level.
 static void measure(void *context, port_measured_t *measured)
 {
     (void)context;
@@ -411,7 +413,7 @@ static void measure(void *context, port_measured_t *measured)
     *measured          = is_done ? convert_measured(current, bus) : (port_measured_t){INT32_MAX, INT32_MAX, 0, 0};
 }
 
-/// After each write to an output: a stop may have come between the tick's checks and the write.
+/// Call this after each write to an output, because a stop may have come between the tick's checks and the write.
 static void obey_trips(void)
 {
     if (is_tripped())
@@ -442,7 +444,7 @@ static void enable(void *context, bool on)
     }
 }
 
-/// The bit `input` if the pin is high.
+/// Returns the bit `input` if the pin is high.
 static uint32_t input_of(uint32_t pins, uint32_t pin, uint32_t input)
 {
     return (pins >> pin & 1u) != 0u ? input : 0u;
@@ -461,7 +463,7 @@ static uint32_t inputs(void *context)
     const uint32_t edges = (take_trip(&stop_trip, STOP_EDGE) ? 1u << WIRING_STOP_PIN : 0u) |
                            (take_trip(&fault_trip, fault_edge()) ? 1u << WIRING_FAULT_PIN : 0u);
     const uint32_t pins  = SIO->GPIO_IN;
-    const bool     wrong = ((pins ^ SIO->GPIO_OUT) & ENABLE_BIT) != 0u && !is_tripped(); // read back: shorted
+    const bool     wrong = ((pins ^ SIO->GPIO_OUT) & ENABLE_BIT) != 0u && !is_tripped(); // the read-back shows a short
     return port_inputs(&board_config, levels_of(pins | edges), levels_of(~pins | edges)) |
            (wrong ? PORT_INPUT_POWER_FAULT : 0u);
 }
@@ -472,9 +474,9 @@ static uint32_t time_us(void *context)
     return TIMER_TIMERAWL;
 }
 
-#define LOG_TURNS 4000u // twice what a byte takes
+#define LOG_TURNS 4000u // twice the time of a byte
 
-/// Drops the byte if the UART is not ready in time; later bytes then do not wait, or the watchdog would reset the chip.
+/// Drops the byte if the UART is not ready in time. Later bytes do not wait then, otherwise the watchdog would reset the chip.
 static void log_byte(void *context, uint8_t byte)
 {
     (void)context;

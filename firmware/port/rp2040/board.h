@@ -1,8 +1,9 @@
-/// A board with an RP2040, wired as in wiring.h: the drive's port to it, on core 0; core 1 sleeps.
+/// The drive's port to a board with an RP2040, wired as in wiring.h. It runs on core 0; core 1 sleeps.
 ///
-/// Emergency stop and the driver's fault interrupt any code and turn the outputs off; the next tick raises the fault, also of a
-/// pulse between two ticks. Enable is read back in each tick. TIMER's alarm 0 triggers the ticks at 1 kHz, and TIMER counts time
-/// at 1 MHz, both from the crystal. A tick begins with 16 conversions of the sensor, 2 us each, and reads their mean.
+/// Emergency stop and the driver's fault interrupt any code and turn the outputs off. The next tick raises the fault, even
+/// after a pulse between two ticks. Enable is read back in each tick. TIMER's alarm 0 triggers the ticks at 1 kHz, and TIMER
+/// counts time at 1 MHz, both from the crystal. A tick begins with 16 conversions of the sensor, 2 us each, and reads their
+/// mean.
 
 #ifndef RP2040_BOARD_H
 #define RP2040_BOARD_H
@@ -18,29 +19,30 @@
 
 extern const port_t board_port;
 
-/// Why the chip was reset, as the drive's initial fault. An exception's number and address, 0 of others. Call it once, first.
+/// Returns why the chip was reset, as the drive's initial fault, with the number and address of an exception, otherwise 0.
+/// Call it once, before everything else.
 drive_fault_t board_reset_fault(uint32_t *exception, uint32_t *address);
 
 /// Leaves a record and resets the chip, with the outputs off. Does not return.
 __attribute__((noreturn)) void board_reset(uint32_t exception, uint32_t address);
 
 /// Sets up clocks, pins (outputs off) and peripherals. Interrupts stay off. The levels of `config` hold until the next power-up.
-/// False if the crystal or a PLL does not start: then nothing else may run.
+/// Returns false if the crystal or a PLL does not start; nothing else may run then.
 bool board_init(const drive_config_t *config);
 
 /// Starts interrupts, TIMER, PWM and the watchdog. Call board_kick at least every 20 ms from now on.
 void board_start(void);
 
-/// Driver off, no current; safe at any time, also from a fault handler.
+/// Turns the driver off and the current to 0. Safe at any time, even in a fault handler.
 void board_off(void);
 
-/// Background: kicks the watchdog after a new tick, so that it monitors both.
+/// Kicks the watchdog after a new tick. The background calls this, so that the watchdog monitors both.
 void board_kick(void);
 
-/// Background: leaves the line to others once all is sent.
+/// Releases the line once everything is sent. The background calls this.
 void board_release_line(void);
 
-/// UART0 as the drive's bus.
+/// UART0, the line of the drive's bus.
 extern const modbus_line_t board_line;
 
 /// The tick, defined in main.c; the timer's interrupt calls it.

@@ -1,5 +1,5 @@
-/// The drive's outputs as compare values of the RP2040's PWM, and what its converter of 12 bits measures beside the sensor
-/// (port/converter.h). Without registers, so that the host can test it.
+/// Converts the drive's outputs to compare values of the RP2040's PWM, and the codes of its 12-bit converter to the
+/// quantities other than the sensor's (port/converter.h). It uses no hardware registers, so that the host can test it.
 ///
 ///     output    -CONVERT_TOP to CONVERT_TOP: the share of a period in which the bridge pushes, forward or backward
 
@@ -8,13 +8,13 @@
 
 #include "port/converter.h"
 
-#define CONVERT_TOP 6250 ///< cycles of a period: 20 kHz of 125 MHz
+#define CONVERT_TOP 6250 ///< cycles of a period: 20 kHz at 125 MHz
 
 #define CONVERT_OUTPUT_RANGE {.full_units = 2 * CONVERT_TOP, .low_units = -CONVERT_TOP, .high_units = CONVERT_TOP}
 
-// What the bridge shows of itself. Change these with its amplifier and divider.
-#define CONVERT_CURRENT_MA 16500 ///< of the whole range: 0.2 V/A around 1.65 V
-#define CONVERT_BUS_MV     66000 ///< 1/20 of the supply
+// Scales of the bridge's current and supply. Change these with its amplifier and divider.
+#define CONVERT_CURRENT_MA 16500 ///< current of the whole range: 0.2 V/A around 1.65 V
+#define CONVERT_BUS_MV     66000 ///< supply of the whole range, divided by 20
 
 static inline port_measured_t convert_measured(uint32_t current, uint32_t bus)
 {
@@ -22,7 +22,7 @@ static inline port_measured_t convert_measured(uint32_t current, uint32_t bus)
                              .bus_mv     = (int32_t)bus * CONVERT_BUS_MV / CONVERT_CODES};
 }
 
-/// Both compare values of the slice, forward in the low half and backward in the high one: never both above 0.
+/// Returns both compare values of the slice, forward in the low half and backward in the high half; never both above 0.
 static inline uint32_t convert_output(loop_force_t output)
 {
 #ifdef TRIBO_ARITHMETIC_Q31

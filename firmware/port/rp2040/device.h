@@ -1,4 +1,4 @@
-/// The core's registers by CMSIS-Core, with the facts about the RP2040 that it needs.
+/// The core's registers from CMSIS-Core, with the facts about the RP2040 that it needs.
 
 #ifndef RP2040_DEVICE_H
 #define RP2040_DEVICE_H
@@ -17,7 +17,7 @@ typedef enum
 } IRQn_Type;
 
 #define __CM0PLUS_REV          0x0001U
-#define __MPU_PRESENT          0U // there is one, which this port does not use
+#define __MPU_PRESENT          0U // the chip has an MPU, but this port does not use it
 #define __VTOR_PRESENT         1U
 #define __NVIC_PRIO_BITS       2U
 #define __Vendor_SysTickConfig 0U

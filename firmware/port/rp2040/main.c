@@ -1,6 +1,6 @@
-// The drive on the RP2040: clocks, self-test, then ticks in the timer's interrupt. The background serves UART0: a log until the first
-// Modbus frame, and the bus (app/registers.h). Params are not saved: writing the flash that the image runs from needs the boot
-// ROM's functions, which no emulator here has.
+// The drive on the RP2040: clocks, self-test, then ticks in the timer's interrupt. The background serves UART0 with a log
+// until the first Modbus frame, and with the bus (app/registers.h). Params are not saved, because writing the flash from
+// which the image runs needs functions of the boot ROM, which the emulators of this project do not have.
 
 #include "app/log.h"
 #include "app/registers.h"
@@ -22,7 +22,7 @@ void board_tick(void)
     registers_tick(&registers);
 }
 
-/// True if a set suits this board's tick.
+/// Returns true if a set suits this board's tick.
 static bool suits(const params_set_t *set, params_error_t *error)
 {
     const uint32_t period_us = set->drive.period_us;
@@ -82,7 +82,7 @@ int main(void)
     {
         for (;;)
         {
-            __WFI(); // without its crystal the chip has no time: the outputs stay off until it is reset
+            __WFI(); // without its crystal the chip has no clock for time, so the outputs stay off until it is reset
         }
     }
     const drive_fault_t tested = selftest_run(&selftest_seal, NULL, data_start, SIZE_MAX); // interrupts are off

@@ -8,8 +8,8 @@
 
 typedef volatile uint32_t reg_t;
 
-#define REGISTERS_SET 0x2000u ///< added to an address: what is written are bits to set ...
-#define REGISTERS_CLR 0x3000u ///< ... or to clear
+#define REGISTERS_SET 0x2000u ///< added to a register's address: a write sets the written bits ...
+#define REGISTERS_CLR 0x3000u ///< ... or clears them
 
 static inline void registers_set(reg_t *of, uint32_t bits)
 {
@@ -91,7 +91,7 @@ typedef struct
 #define RESETS_UART0      (1u << 22)
 
 #define PSM_WDSEL     (*(reg_t *)0x40010008u)
-#define PSM_WDSEL_ALL 0x1fffcu ///< but the two oscillators
+#define PSM_WDSEL_ALL 0x1fffcu ///< everything except the two oscillators
 
 // --- pins ----------------------------------------------------------------------------------------------------------
 
@@ -100,10 +100,10 @@ typedef struct
     reg_t STATUS, CTRL;
 } io_t;
 
-#define IO_BANK0             ((io_t *)0x40014000u) ///< a row a pin
+#define IO_BANK0             ((io_t *)0x40014000u) ///< one row for each pin
 #define IO_BANK0_INTR0       (*(reg_t *)0x400140f0u)
 #define IO_BANK0_PROC0_INTE0 (*(reg_t *)0x40014100u)
-#define IO_EDGE_LOW(pin)     (4u << (4u * (pin))) ///< of pins 0 to 7
+#define IO_EDGE_LOW(pin)     (4u << (4u * (pin))) ///< for pins 0 to 7
 #define IO_EDGE_HIGH(pin)    (8u << (4u * (pin)))
 #define IO_CTRL_UART         2u
 #define IO_CTRL_PWM          4u
@@ -111,7 +111,7 @@ typedef struct
 #define IO_CTRL_NONE         31u
 #define IO_CTRL_OUTOVER_LOW  (2u << 8)
 
-#define PADS_BANK0 ((reg_t *)0x4001c004u) ///< a row a pin
+#define PADS_BANK0 ((reg_t *)0x4001c004u) ///< one row for each pin
 
 #define PADS_SCHMITT (1u << 1)
 #define PADS_PDE     (1u << 2)
@@ -135,7 +135,7 @@ typedef struct
     reg_t CSR, DIV, CTR, CC, TOP;
 } pwm_t;
 
-#define PWM ((pwm_t *)0x40050000u) ///< a row a slice
+#define PWM ((pwm_t *)0x40050000u) ///< one row for each slice
 
 #define PWM_CSR_EN (1u << 0)
 

@@ -1,4 +1,4 @@
-/// The rig of this board, for the drive, and its ceilings. Every field is explained with its range in app/config.h. The loop's params
+/// The rig of this board, for the drive, and its ceilings. app/config.h explains every field with its range. The loop's params
 /// are the paper's until others come over the bus.
 
 #ifndef RP2040_RIG_CONFIG_H
@@ -12,7 +12,7 @@ static inline drive_config_t rig_config(void)
 {
     drive_config_t config = drive_config_default();
 #ifndef TRIBO_ARITHMETIC_Q31
-    config.budget_us = 500; // floats in software
+    config.budget_us = 500; // floats are computed in software
 #endif
     config.stuck_ticks        = 200;
     config.sensor_n_per_unit  = 2.0f / 1638.4f; // 0.33 to 2.97 V are -2 to 2 N; a unit is a code of 12 bits
@@ -24,7 +24,8 @@ static inline drive_config_t rig_config(void)
     return config;
 }
 
-/// The widest that this board lets anybody be: a check that is not allowed 0 cannot be turned off. Change them with the rig.
+/// The widest ranges that this board allows to any client. A check whose range does not contain 0 cannot be turned off.
+/// Change the ranges with the rig.
 static const params_ceiling_t rig_ceilings[] = {
     {PARAMS_INPUT_MAX, 1e-6f, 2.0f},
     {PARAMS_U_MIN, -2.0f, 0.0f},
@@ -43,18 +44,19 @@ static const params_ceiling_t rig_ceilings[] = {
     {DRIVE_CONFIG_tare_max_n, 0.0f, 0.5f},
     {DRIVE_CONFIG_current_max_a, 1e-6f, 2.0f},
     {DRIVE_CONFIG_command_n_per_a, 1e-6f, 1.0f},
-    // What the residual's model believes: slower than the rig, or with another weight, it would expect whatever a broken sensor shows.
+    // The residual's model: if it were slower than the rig, or had another weight, it would expect whatever a broken sensor
+    // shows.
     {DRIVE_CONFIG_actuator_pole_rad_per_s, 100.0f, 1e6f},
     {DRIVE_CONFIG_sensor_pole_rad_per_s, 27.5f, 1e6f},
     {PARAMS_INERTIA, 1e-12f, 2.4e-4f},
     {PARAMS_DAMPING, 0.0f, 0.0576f},
     {PARAMS_STIFFNESS, 1.92f, 1e12f},
     {PARAMS_GRAVITY, -0.1f, 0.1f},
-    // A newton must not become more at the motor, nor much more at the sensor; no force stays none to 0.04 N.
+    // A newton must not become more at the motor, or much more at the sensor. No force stays no force to within 0.04 N.
     {DRIVE_CONFIG_command_n_per_unit, 2.0f / (float)CONVERT_TOP, 1.0f},
     {DRIVE_CONFIG_command_zero_units, -125.0f, 125.0f},
     {DRIVE_CONFIG_sensor_n_per_unit, 0.8f * 2.0f / 1638.4f, 1.0f},
-    {DRIVE_CONFIG_sensor_zero_units, 2048.0f - 410.0f, 2048.0f + 410.0f}, // 0.5 N, however many tares are saved
+    {DRIVE_CONFIG_sensor_zero_units, 2048.0f - 410.0f, 2048.0f + 410.0f}, // 0.5 N, for any number of saved tares
     {DRIVE_CONFIG_reference_ms, 1.0f, 5000.0f},
     {DRIVE_CONFIG_reference_ramp_n_per_s, 0.0f, 0.0f}, // a slow ramp without a host is as good as no fault
 };

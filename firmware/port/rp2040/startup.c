@@ -1,4 +1,4 @@
-// From the second stage to main: vector table and initialised memory; and the exceptions that reset the chip.
+// The way from the second stage to main: vector table and initialised memory. Also the exceptions that reset the chip.
 
 #include "board.h"
 #include "device.h"
@@ -31,15 +31,15 @@ void TIMER_0_IRQHandler(void);
 void IO_BANK0_IRQHandler(void);
 void UART0_IRQHandler(void);
 
-#define FRAME_PC 6 // of the words that an exception pushes
+#define FRAME_PC 6 // place of the PC among the words that an exception pushes
 
-/// A hard fault or an exception without a handler: outputs off, then a reset with a record of the place.
+/// Handles a hard fault or an exception without a handler: turns the outputs off, then resets with a record of the place.
 __attribute__((used)) void startup_end(const uint32_t *frame)
 {
     board_reset(__get_IPSR(), frame[FRAME_PC]);
 }
 
-/// Passes the address of the exception's frame; a C prologue would move the stack pointer.
+/// Passes the address of the exception's frame. It is not written in C, because a prologue would move the stack pointer.
 __attribute__((naked)) void Exception_Handler(void)
 {
     __asm volatile("mov r0, sp\n bl startup_end");
@@ -51,7 +51,7 @@ void Reset_Handler(void)
     SysTick->CTRL = 0;
     NVIC->ICER[0] = UINT32_MAX;
     NVIC->ICPR[0] = UINT32_MAX;
-    __enable_irq(); // none is enabled yet
+    __enable_irq(); // no interrupt is enabled yet
     const uint32_t *source = data_source;
     for (uint32_t *word = data_start; word < data_end; word++)
     {

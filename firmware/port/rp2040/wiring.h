@@ -19,8 +19,8 @@
 
 #define WIRING_SEND_PIN     0
 #define WIRING_RECEIVE_PIN  1
-#define WIRING_FORWARD_PIN  2 ///< of one PWM slice, its channel A ...
-#define WIRING_BACKWARD_PIN 3 ///< ... and B
+#define WIRING_FORWARD_PIN  2 ///< channel A of a PWM slice ...
+#define WIRING_BACKWARD_PIN 3 ///< ... and its channel B
 #define WIRING_ENABLE_PIN   4
 #define WIRING_STOP_PIN     5 ///< stop and fault are within 0 to 7, which share a register of interrupts
 #define WIRING_FAULT_PIN    6
@@ -28,8 +28,8 @@
 #define WIRING_READY_PIN    8
 #define WIRING_SENSOR_PIN   26
 
-#define WIRING_SLICE 1 ///< of the PWM
+#define WIRING_SLICE 1 ///< slice of the PWM
 
-#define WIRING_OSCILLATOR_HZ 12000000u ///< the PLLs' dividers are for it (board.c)
+#define WIRING_OSCILLATOR_HZ 12000000u ///< the PLLs' dividers in board.c are for this frequency
 
 #endif

@@ -1,4 +1,4 @@
-// No bus and no store: the link uses the line, and the host sends the params.
+// This port has no bus and no store, because the link uses the line and the host sends the params.
 
 #include "port/emulated/devices.h"
 
@@ -13,7 +13,7 @@ bool devices_have_bus(void)
     return false;
 }
 
-// NOLINTNEXTLINE(readability-non-const-parameter): a modbus_line_t's
+// NOLINTNEXTLINE(readability-non-const-parameter): the type is that of a modbus_line_t's member
 static int receive_nothing(void *context, uint8_t *bytes, size_t room)
 {
     (void)context;

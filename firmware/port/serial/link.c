@@ -11,7 +11,7 @@
 #define KIND_MASK 0xffff0000u // every kind begins with "TR"
 #define KIND_MARK 0x54520000u
 
-static bool hello_came; ///< within a session, and ended it
+static bool hello_came; ///< a HELLO came within a session and ended it
 
 static uint32_t read_word(void)
 {
@@ -80,7 +80,7 @@ static void write_bytes(const void *bytes, size_t size)
 {
     for (size_t i = 0; i < size; i++)
     {
-        // NOLINTNEXTLINE(clang-analyzer-core.CallAndMessage): all bytes of its words are set
+        // NOLINTNEXTLINE(clang-analyzer-core.CallAndMessage): all bytes of the message's words are set
         serial_write(((const uint8_t *)bytes)[i]);
     }
 }

@@ -33,7 +33,7 @@ static void start_pins(const drive_config_t *config)
     pull(WIRING_READY_PIN, config->ready_level == 0u);
 }
 
-/// Interrupts when emergency stop or power fault become active; they also latch pulses between two ticks.
+/// Sets up interrupts for emergency stop and power fault becoming active. They also latch pulses between two ticks.
 static void start_edges(const drive_config_t *config)
 {
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_SYSCFGEN);
@@ -44,7 +44,7 @@ static void start_edges(const drive_config_t *config)
     EXTI->IMR |= STOP_LINE | FAULT_LINE;
 }
 
-/// Below about 2.9 V neither the flash at 168 MHz nor the converters are reliable.
+/// Sets up the interrupt for a low supply. Below about 2.9 V neither the flash at 168 MHz nor the converters are reliable.
 static void watch_supply(void)
 {
     EXTI->RTSR |= PVD_LINE;
@@ -64,7 +64,7 @@ static void start_usart(uint32_t clock_hz)
     USART1->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE;
 }
 
-/// From 0 upwards at 1 MHz.
+/// Starts a timer that counts from 0 upwards at 1 MHz.
 static void start_timer(tim_t *timer, uint32_t clock_hz, uint32_t reload, uint32_t interrupts)
 {
     timer->PSC  = clock_hz / 1000000u - 1u;
@@ -87,7 +87,7 @@ static void start_encoder(void)
     TIM3->CR1   = TIM_CR1_CEN;
 }
 
-/// TIM3 counts 16 bits, and the arm moves by less than half of them in a tick.
+/// Extends the 16 bits that TIM3 counts; the arm moves by less than half of their range in a tick.
 static int32_t take_position(void)
 {
     static uint16_t counted;
@@ -99,11 +99,11 @@ static int32_t take_position(void)
     return (int32_t)position;
 }
 
-static uint32_t apb_hz; ///< of APB2; APB1's timers have the same
+static uint32_t apb_hz; ///< clock of APB2; APB1's timers have the same clock
 
 board_clock_t board_init(const drive_config_t *config, loop_force_t no_current)
 {
-    board_config = *config; // a copy: the caller's params change later
+    board_config = *config; // a copy, because the caller's params change later
     start_pins(config);
     stage_init(config, no_current);
     start_edges(config);
@@ -156,7 +156,7 @@ void board_start(void)
     (void)wait_for(&IWDG->SR, IWDG_SR_PVU | IWDG_SR_RVU, 0);
     IWDG->KR = IWDG_KR_RELOAD;
     watch_supply();
-    EXTI->PR = STOP_LINE | FAULT_LINE | PVD_LINE; // edges caused by the pull-ups
+    EXTI->PR = STOP_LINE | FAULT_LINE | PVD_LINE; // clears edges caused by the pull-ups
     board_start_interrupt(EXTI1_IRQn, BOARD_STOP_PRIORITY);
     board_start_interrupt(EXTI15_10_IRQn, BOARD_STOP_PRIORITY);
     board_start_interrupt(PVD_IRQn, BOARD_STOP_PRIORITY);
@@ -204,9 +204,9 @@ int board_read_byte(void)
     return (status & (USART_SR_ORE | USART_SR_PE | USART_SR_FE | USART_SR_NF)) == 0u ? byte : BOARD_BAD_BYTE;
 }
 
-static bool is_sending; // since the last look of board_release_line
+static bool is_sending; // a byte was sent since the last call of board_release_line
 
-/// With RS-485 the transceiver drives the line from the first byte on.
+/// Sends a byte. With RS-485 the transceiver drives the line from the first byte on ...
 static void transmit(uint8_t byte)
 {
     GPIOB->BSRR = 1u << WIRING_DRIVES_PIN;
@@ -214,7 +214,7 @@ static void transmit(uint8_t byte)
     is_sending  = true;
 }
 
-/// ... and leaves it once the last one is out, and nothing has followed between two looks.
+/// ... and releases it once the last byte is out and no byte has followed between two calls.
 void board_release_line(void)
 {
     const bool is_out = (USART1->SR & USART_SR_TC) != 0u;
@@ -229,7 +229,7 @@ static received_t received;
 
 void USART1_IRQHandler(void);
 
-/// The USART holds one byte, 87 us long, and the background may be busy for milliseconds.
+/// Receives in an interrupt, because the USART holds only one byte, 87 us long, and the background may be busy for milliseconds.
 void USART1_IRQHandler(void)
 {
     const int byte = board_read_byte();
@@ -302,7 +302,7 @@ static bool is_tripped(void)
     return trip_has_come(&stop_trip) || trip_has_come(&fault_trip) || trip_has_come(&supply_trip);
 }
 
-/// After each write to an output: a stop may have come between the tick's checks and the write.
+/// Call this after each write to an output, because a stop may have come between the tick's checks and the write.
 static void obey_trips(void)
 {
     if (is_tripped())
@@ -341,7 +341,7 @@ static bool take_trip(trip_t *of, IRQn_Type interrupt)
     return tripped;
 }
 
-/// The bit `input` if the pin is high.
+/// Returns the bit `input` if the pin is high.
 static uint32_t input_of(uint32_t pins, uint32_t pin, uint32_t input)
 {
     return (pins >> pin & 1u) != 0u ? input : 0u;
@@ -361,7 +361,8 @@ static bool is_high(uint32_t pins, uint32_t pin)
 
 #define READY_OFF_TICKS 100u
 
-/// Enable is read back: a short, or a stage that stays on. The ready output, if there is one, must fall once enable is off.
+/// Reads enable back, which shows a short or a stage that stays on. The ready output, if there is one, must fall once enable
+/// is off.
 static bool is_stage_wrong(uint32_t pins)
 {
     static uint32_t off_ticks;
@@ -398,9 +399,9 @@ static uint32_t time_us(void *context)
     return TIM5->CNT;
 }
 
-#define LOG_TURNS 4000u // 0.2 ms at 168 MHz, twice what a byte takes
+#define LOG_TURNS 4000u // 0.2 ms at 168 MHz, twice the time of a byte
 
-/// Drops the byte if the USART is not ready in time; later bytes then do not wait, or the watchdog would reset the chip.
+/// Drops the byte if the USART is not ready in time. Later bytes do not wait then, otherwise the watchdog would reset the chip.
 static void log_byte(void *context, uint8_t byte)
 {
     (void)context;

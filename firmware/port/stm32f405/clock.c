@@ -7,10 +7,10 @@
 
 #define HSI_HZ 16000000u
 
-// Volatile, so that it is not folded: a test changes it in the image.
+// Volatile, so that the compiler reads it from the image, where a test changes it.
 const volatile uint32_t clock_hse_bypass = WIRING_HSE_BYPASS;
 
-/// Runs on the internal oscillator, undivided, with crystal and PLL off, which a boot loader may have started.
+/// Switches to the internal oscillator, undivided, with crystal and PLL off, which a boot loader may have started.
 static void start_internal(void)
 {
     RCC->CR |= RCC_CR_HSION;
@@ -21,7 +21,7 @@ static void start_internal(void)
     (void)wait_for(&RCC->CR, RCC_CR_HSERDY, 0);
 }
 
-/// Only while HSE is off does the chip take what is connected: a crystal, or a clock at OSC_IN.
+/// Selects a crystal or a clock at OSC_IN. The chip accepts this only while HSE is off.
 static void choose_hse(void)
 {
     RCC->CR = clock_hse_bypass != 0u ? RCC->CR | RCC_CR_HSEBYP : RCC->CR & ~RCC_CR_HSEBYP;
@@ -35,8 +35,9 @@ static void choose_hse(void)
 #define CRYSTAL_DIVIDER 31u
 #define CAPTURE_EVERY   8u
 #define CAPTURES        12u // 47,616 counts at 1 MHz: below the counter's 65,536
-#define CRYSTAL_CYCLES  (CRYSTAL_DIVIDER * CAPTURE_EVERY * CAPTURES) // of the crystal, while the counter counts HSI
-#define CAPTURE_TURNS   1000u                                        // of a wait; a capture takes 60 at 4 MHz
+#define CRYSTAL_CYCLES                                                                                                 \
+    (CRYSTAL_DIVIDER * CAPTURE_EVERY * CAPTURES) // cycles of the crystal while the counter counts HSI
+#define CAPTURE_TURNS 1000u                      // turns of a wait; a capture takes 60 at 4 MHz
 
 static bool next_capture(uint32_t *count)
 {
@@ -48,7 +49,7 @@ static bool next_capture(uint32_t *count)
     return (TIM11->SR & TIM_SR_CC1OF) == 0u;
 }
 
-/// In kHz; 0 if nothing is counted. Runs on HSI, with the crystal on.
+/// Measures the crystal in kHz; 0 if nothing is counted. The chip must run on HSI, with the crystal on.
 static uint32_t measure_crystal_khz(void)
 {
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_TIM11EN);
@@ -64,7 +65,7 @@ static uint32_t measure_crystal_khz(void)
 
     uint32_t first = 0;
     uint32_t last  = 0;
-    bool     ok    = next_capture(&first) && next_capture(&first); // the first one may be old
+    bool     ok    = next_capture(&first) && next_capture(&first); // the first capture may be old
     for (uint32_t i = 0; ok && i < CAPTURES; i++)
     {
         ok = next_capture(&last);
@@ -74,7 +75,7 @@ static uint32_t measure_crystal_khz(void)
     return ok && count != 0u ? CRYSTAL_CYCLES * (HSI_HZ / 1000u) / count : 0u;
 }
 
-/// 8 % is the internal oscillator's error over the chip's temperature range.
+/// Compares the crystal with the config's to 8 %, the internal oscillator's error over the chip's temperature range.
 static bool is_the_crystal(uint32_t measured_khz, uint32_t crystal_hz)
 {
     const uint32_t named_khz = crystal_hz / 1000u;
@@ -84,11 +85,11 @@ static bool is_the_crystal(uint32_t measured_khz, uint32_t crystal_hz)
 
 // --- the PLL -------------------------------------------------------------------------------------------------------
 
-/// 168 MHz: PLLM is `input_mhz`, the VCO runs at 336 MHz. False, with the chip still on HSI, if the PLL does not lock or the
-/// switch to it fails.
+/// Switches to 168 MHz from the PLL: PLLM is `input_mhz`, the VCO runs at 336 MHz. Returns false, with the chip still on
+/// HSI, if the PLL does not lock or the switch to it fails.
 static bool start_pll(uint32_t input_mhz, uint32_t source)
 {
-    // Bus dividers first: they act some cycles after the write, well before the PLL locks.
+    // The bus dividers come first. They act some cycles after the write, well before the PLL locks.
     RCC->CFGR = RCC_CFGR_PPRE1_DIV4 | RCC_CFGR_PPRE2_DIV2;
     RCC->CR &= ~RCC_CR_PLLON;
     if (!wait_for(&RCC->CR, RCC_CR_PLLRDY, 0))
@@ -102,7 +103,7 @@ static bool start_pll(uint32_t input_mhz, uint32_t source)
         RCC->CR &= ~RCC_CR_PLLON;
         return false;
     }
-    // Before the switch: the flash needs 5 wait states at 168 MHz.
+    // The flash needs 5 wait states at 168 MHz, so set them before the switch.
     FLASH_ACR = FLASH_ACR_LATENCY_5WS | FLASH_ACR_PRFTEN | FLASH_ACR_ICEN | FLASH_ACR_DCEN;
     if (!wait_for(&FLASH_ACR, FLASH_ACR_LATENCY, FLASH_ACR_LATENCY_5WS))
     {
@@ -131,7 +132,7 @@ board_clock_t clock_start(uint32_t crystal_hz)
         if (is_the_crystal(clock.crystal_khz, crystal_hz) &&
             start_pll(crystal_hz / CLOCK_CRYSTAL_STEP_HZ, RCC_PLLCFGR_PLLSRC_HSE))
         {
-            RCC->CR |= RCC_CR_CSSON; // NMI if the crystal stops: all timers would slow down alike
+            RCC->CR |= RCC_CR_CSSON; // causes an NMI if the crystal stops, because all timers would slow down alike
             clock.source = CLOCK_CRYSTAL;
             return clock;
         }

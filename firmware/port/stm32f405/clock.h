@@ -1,5 +1,5 @@
-/// The chip's clock: 168 MHz from the crystal, after a check of it against the internal oscillator. A clock at OSC_IN (wiring.h)
-/// counts as a crystal, here and in the config.
+/// Sets up the chip's clock: 168 MHz from the crystal, which is first checked against the internal oscillator. A clock at OSC_IN
+/// (wiring.h) counts as a crystal, here and in the config.
 
 #ifndef STM32F405_CLOCK_H
 #define STM32F405_CLOCK_H
@@ -19,10 +19,10 @@ typedef struct
 {
     clock_source_t source;
     uint32_t       crystal_khz; ///< measured to 8 %, the error of the internal oscillator; 0: it does not run
-    uint32_t       apb_hz;      ///< of USART1, of TIM2 and of TIM5 as well
+    uint32_t       apb_hz;      ///< clock of USART1, TIM2 and TIM5
 } board_clock_t;
 
-#define CLOCK_CRYSTAL_STEP_HZ 1000000u ///< the PLL's input is 1 MHz: a crystal is a multiple of it
+#define CLOCK_CRYSTAL_STEP_HZ 1000000u ///< the PLL's input is 1 MHz, so a crystal must be a multiple of it
 
 /// Starts the clock from any state. Every failure ends on a slower or less accurate clock. If the crystal stops later, an NMI
 /// occurs.

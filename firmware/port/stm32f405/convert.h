@@ -1,5 +1,5 @@
-/// What the STM32F405's converters of 12 bits output and measure, beside the sensor (port/converter.h). Without registers, so that
-/// the host can test it.
+/// Converts outputs, and measured quantities other than the sensor's (port/converter.h), for the STM32F405's 12-bit
+/// converters. It uses no hardware registers, so that the host can test it.
 
 #ifndef STM32F405_CONVERT_H
 #define STM32F405_CONVERT_H
@@ -8,19 +8,19 @@
 
 #define CONVERT_ZERO 2048u ///< half of the supply: no current, before the config is known
 
-/// An output of 4096 becomes 4095: a range of u that ends at the supply is one code short.
+/// An output of 4096 becomes 4095, so a range of u that ends at the supply is one code short.
 #define CONVERT_OUTPUT_RANGE {.full_units = CONVERT_CODES, .low_units = 0, .high_units = CONVERT_CODES}
 
-// The bridge's output is a current in ampere.
+// The bridge's output is a current in amperes.
 #define CONVERT_BRIDGE_FULL_A 8.25f
 #define CONVERT_BRIDGE_RANGE                                                                                           \
     {.full_units = CONVERT_BRIDGE_FULL_A, .low_units = -CONVERT_BRIDGE_FULL_A, .high_units = CONVERT_BRIDGE_FULL_A}
 
-// What the power stage shows of itself. Change these with its amplifiers and dividers.
-#define CONVERT_MEASURED       3u     ///< current, supply, temperature
-#define CONVERT_CURRENT_MA     16500  ///< of the whole range: 0.2 V/A around 1.65 V
-#define CONVERT_BUS_MV         66000  ///< 1/20 of the supply
-#define CONVERT_TEMPERATURE_MC 330000 ///< 10 mV/degC from 0 degC
+// Scales of the power stage's measurements. Change these with its amplifiers and dividers.
+#define CONVERT_MEASURED       3u     ///< quantities: current, supply, temperature
+#define CONVERT_CURRENT_MA     16500  ///< current of the whole range: 0.2 V/A around 1.65 V
+#define CONVERT_BUS_MV         66000  ///< supply of the whole range, divided by 20
+#define CONVERT_TEMPERATURE_MC 330000 ///< temperature of the whole range: 10 mV/degC from 0 degC
 
 static inline port_measured_t convert_measured(const uint32_t codes[CONVERT_MEASURED])
 {
@@ -30,7 +30,7 @@ static inline port_measured_t convert_measured(const uint32_t codes[CONVERT_MEAS
                              .temperature_mc = (int32_t)codes[2] * CONVERT_TEMPERATURE_MC / CONVERT_CODES};
 }
 
-/// Of the bridge, in A.
+/// Converts a code to the bridge's current in A.
 static inline float convert_bridge(loop_force_t output)
 {
 #ifdef TRIBO_ARITHMETIC_Q31
@@ -40,7 +40,7 @@ static inline float convert_bridge(loop_force_t output)
 #endif
 }
 
-/// TIM1's bits DTG for a dead time, rounded up; at most 1008 cycles.
+/// Returns TIM1's bits DTG for a dead time, rounded up; at most 1008 cycles.
 static inline uint32_t convert_dead_time(uint32_t ns, uint32_t timer_hz)
 {
     static const struct
@@ -59,7 +59,7 @@ static inline uint32_t convert_dead_time(uint32_t ns, uint32_t timer_hz)
     return 0xffu;
 }
 
-/// The code nearest to an output, within the range of the converter.
+/// Returns the code nearest to an output, within the range of the converter.
 static inline uint32_t convert_output(loop_force_t output)
 {
 #ifdef TRIBO_ARITHMETIC_Q31

@@ -1,4 +1,4 @@
-/// The core's registers by CMSIS-Core, with the facts about the STM32F405 that it needs (RM0090, PM0214).
+/// The core's registers from CMSIS-Core, with the facts about the STM32F405 that it needs (RM0090, PM0214).
 
 #ifndef STM32F405_DEVICE_H
 #define STM32F405_DEVICE_H

@@ -1,5 +1,5 @@
-// The drive on the STM32F405 in lock-step with the host over USART1, at 921,600 baud: for a bare board without a rig. The
-// outputs stay off. Cycles are DWT's.
+// The drive on the STM32F405 in lock-step with the host over USART1 at 921,600 baud, for a bare board without a rig. The outputs
+// stay off. DWT counts the cycles.
 
 #include "port/emulated/lock_step.h"
 
@@ -15,7 +15,7 @@
 
 extern uint32_t data_start[];
 
-/// No timer is started.
+/// The interrupt of the tick, which never comes because no timer is started.
 void board_tick(void)
 {
 }

@@ -35,7 +35,7 @@ static bool refuse(params_error_t *error, uint32_t word, float value, float righ
     return false;
 }
 
-/// True if a set suits this board's tick and clock.
+/// Returns true if a set suits this board's tick and clock.
 static bool suits(const params_set_t *set, params_error_t *error)
 {
     const uint32_t crystal_hz = set->drive.crystal_hz;
@@ -88,7 +88,7 @@ static void move_reference(float step_n)
     drive_set_reference(&registers.drive, scaling_number(r_n, full_scale_n));
 }
 
-static bool must_report; // after the command's bytes have made room for others
+static bool must_report; // report once the command's bytes have made room for others
 
 static void execute(command_t command)
 {
@@ -127,7 +127,7 @@ static bool is_text(void)
 
 static command_reader_t reader;
 
-/// Bytes that are no frame are commands.
+/// Takes bytes that are not a frame as commands.
 static void take_text(void *context, const uint8_t *bytes, size_t count)
 {
     static uint32_t heard_us;
@@ -151,7 +151,8 @@ static void look_for_lost_text(void)
     }
 }
 
-/// The log last, because it waits: text that arrives meanwhile finds room only if the earlier has been taken.
+/// Serves the line, with the log last, because the log waits: text that arrives meanwhile finds room only if earlier text
+/// was taken.
 static void serve_line(void)
 {
     board_release_line();
@@ -169,7 +170,7 @@ static void serve_line(void)
     drive_log(&registers.drive);
 }
 
-/// In hexadecimal.
+/// Logs a number in hexadecimal.
 static void write_word(uint32_t word)
 {
     char text[] = "00000000";

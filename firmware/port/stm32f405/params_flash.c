@@ -12,7 +12,7 @@ extern uint32_t store_start[];
 #define SECTOR_WORDS (128u * 1024u / 4u)
 #define FIRST_SECTOR 10u
 
-// In turns of the loop in RAM, of at least 8 cycles of at most 168 MHz: 5 s, 1 ms.
+// Time-outs of 5 s and 1 ms, in turns of the loop in RAM, which take at least 8 cycles at 168 MHz or less.
 #define ERASE_TURNS 105000000u
 #define WRITE_TURNS 21000u
 
@@ -41,15 +41,15 @@ __attribute__((section(".ramcode"), noinline)) static bool run_in_ram(uint32_t  
     return turns > 0u;
 }
 
-/// With the power stage off: stops the drive's timers, unlocks the flash and makes RAM executable for one operation.
+/// Stops the drive's timers, unlocks the flash and makes RAM executable for one operation. The power stage must be off.
 static bool operate(uint32_t control, uint32_t turns, volatile uint32_t *word, uint32_t value)
 {
     if (!board_is_off())
     {
-        return false; // what erases stops the tick
+        return false; // an erasure stops the tick
     }
     bool (*volatile in_ram)(uint32_t, uint32_t, volatile uint32_t *, uint32_t) =
-        run_in_ram; // too far for a direct call
+        run_in_ram; // a pointer, because RAM is too far for a direct call
 
     const uint32_t mask = __get_PRIMASK();
     const uint32_t mpu  = MPU->CTRL;
@@ -62,7 +62,7 @@ static bool operate(uint32_t control, uint32_t turns, volatile uint32_t *word, u
     __DSB();
     __ISB();
 
-    FLASH_SR        = FLASH_SR_ERRORS; // ones clear
+    FLASH_SR        = FLASH_SR_ERRORS; // writing ones clears the bits
     FLASH_KEYR      = FLASH_KEY1;
     FLASH_KEYR      = FLASH_KEY2;
     const bool open = (FLASH_CR & FLASH_CR_LOCK) == 0u;
@@ -79,7 +79,7 @@ static bool operate(uint32_t control, uint32_t turns, volatile uint32_t *word, u
     __DSB();
     __ISB();
     TIM2->CR1 =
-        tick; // in the order of the stop, so that both stand still for as long: else the ticks of a save would come late
+        tick; // the timers start in the order of their stop, so that both stand still for as long and no tick is late
     TIM5->CR1 = time;
     __set_PRIMASK(mask);
     return done;

@@ -72,7 +72,7 @@ typedef struct
 
 #define FLASH_OPTCR             (*(reg_t *)0x40023c14u)
 #define FLASH_OPTCR_BOR_LEV     (3u << 2)
-#define FLASH_OPTCR_BOR_LEV_2V7 (0u << 2) ///< level 3, the highest; 3 is none
+#define FLASH_OPTCR_BOR_LEV_2V7 (0u << 2) ///< level 3, the highest; the bits 3 mean no level
 
 #define FLASH_KEY1         0x45670123u
 #define FLASH_KEY2         0xcdef89abu
@@ -146,7 +146,7 @@ typedef struct
 #define TIM11 ((tim_t *)0x40014800u)
 
 #define TIM_CCMR1_CC1S_TI1    (1u << 0)
-#define TIM_CCMR1_IC1F_N8     (3u << 4) // eight samples alike
+#define TIM_CCMR1_IC1F_N8     (3u << 4) // eight equal samples
 #define TIM_CCMR1_CC2S_TI2    (1u << 8)
 #define TIM_CCMR1_IC2F_N8     (3u << 12)
 #define TIM_CCMR1_IC1PSC_DIV8 (3u << 2)
@@ -156,7 +156,7 @@ typedef struct
 #define TIM_SR_CC1OF          (1u << 9)
 #define TIM11_OR_TI1_HSE_RTC  (2u << 0)
 
-// Of TIM1, the bridge's.
+// Bits of TIM1, which drives the bridge.
 #define TIM_CR1_CMS_DOWN   (1u << 5) ///< centre-aligned, mode 1
 #define TIM_CR1_ARPE       (1u << 7)
 #define TIM_CR2_MMS_OC4REF (7u << 4)

@@ -6,7 +6,7 @@
 
 #define RECORD_MAGIC 0x54455352u // "RSET"
 
-/// In RAM that start-up does not clear. Its contents are random after a loss of supply, so it has a checksum.
+/// The record is in RAM that start-up does not clear. Its contents are random after a loss of supply, so it has a checksum.
 typedef struct
 {
     uint32_t magic;

@@ -1,5 +1,5 @@
-/// The rig of this board, for the drive: the bounds of its faults, what its sensor, its motor and its clock are, and the ceilings. Every field
-/// is explained with its range in app/config.h. The forces of the loop itself are in rig.yaml.
+/// The rig of this board, for the drive: the bounds of its faults, its sensor, motor and clock, and the ceilings.
+/// app/config.h explains every field with its range. The forces of the loop itself are in rig.yaml.
 
 #ifndef STM32F405_RIG_CONFIG_H
 #define STM32F405_RIG_CONFIG_H
@@ -37,7 +37,7 @@ __attribute__((weak)) const drive_config_t rig_config = {
     .crystal_hz         = WIRING_OSCILLATOR_HZ,
     .degraded_clock     = 0,
     .bus_unit           = 1,
-    // Without the bridge this rig has no sensors at their pins: the levels are 0.
+    // Without the bridge this rig has no sensors at these pins, so the levels are 0.
     .over_current_a          = STAGE_BRIDGE ? 2.5f : 0.0f,
     .bus_low_v               = STAGE_BRIDGE ? 18.0f : 0.0f,
     .bus_high_v              = STAGE_BRIDGE ? 30.0f : 0.0f,
@@ -53,7 +53,7 @@ __attribute__((weak)) const drive_config_t rig_config = {
     .speed_ms                = 20, // speed_max_units_per_s is 0: this rig has no encoder
     .debounce_n              = 1,
     .debounce_m              = 1,
-    .motor_resistance_ohm    = 2.0f, // the bridge's: others do not read these
+    .motor_resistance_ohm    = 2.0f, // only the bridge reads these
     .motor_inductance_h      = 1e-3f,
     .current_bandwidth_hz    = 1250.0f,
     .bridge_trip_a           = 3.0f,
@@ -61,8 +61,8 @@ __attribute__((weak)) const drive_config_t rig_config = {
     .swing_ms                = 1000,
 };
 
-/// The widest that this board lets anybody be, over the bus or from the store: a check that is not allowed 0 cannot be turned
-/// off. Change them with the rig's motor, driver and sensor.
+/// The widest ranges that this board allows, over the bus or from the store. A check whose range does not contain 0 cannot
+/// be turned off. Change the ranges with the rig's motor, driver and sensor.
 static const params_ceiling_t rig_ceilings[] = {
     {PARAMS_INPUT_MAX, 1e-6f, 2.0f},
     {PARAMS_U_MIN, -2.0f, 0.0f},
@@ -81,18 +81,19 @@ static const params_ceiling_t rig_ceilings[] = {
     {DRIVE_CONFIG_tare_max_n, 0.0f, 0.5f},
     {DRIVE_CONFIG_current_max_a, 1e-6f, 2.0f},
     {DRIVE_CONFIG_command_n_per_a, 1e-6f, 1.0f},
-    // What the residual's model believes: slower than the rig, or with another weight, it would expect whatever a broken sensor shows.
+    // The residual's model: if it were slower than the rig, or had another weight, it would expect whatever a broken sensor
+    // shows.
     {DRIVE_CONFIG_actuator_pole_rad_per_s, 100.0f, 1e6f},
     {DRIVE_CONFIG_sensor_pole_rad_per_s, 27.5f, 1e6f},
     {PARAMS_INERTIA, 1e-12f, 2.4e-4f},
     {PARAMS_DAMPING, 0.0f, 0.0576f},
     {PARAMS_STIFFNESS, 1.92f, 1e12f},
     {PARAMS_GRAVITY, -0.1f, 0.1f},
-    // A newton must not become more at the motor, nor much more at the sensor; no current stays none to 0.04 N.
+    // A newton must not become more at the motor, or much more at the sensor. No current stays no current to within 0.04 N.
     {DRIVE_CONFIG_command_n_per_unit, STAGE_BRIDGE ? 1.0f : 2.0f / 2048.0f, 1.0f},
     {DRIVE_CONFIG_command_zero_units, STAGE_BRIDGE ? -0.04f : 2007.0f, STAGE_BRIDGE ? 0.04f : 2089.0f},
     {DRIVE_CONFIG_sensor_n_per_unit, 0.8f * 2.0f / 1638.4f, 1.0f},
-    {DRIVE_CONFIG_sensor_zero_units, 2048.0f - 410.0f, 2048.0f + 410.0f}, // 0.5 N, however many tares are saved
+    {DRIVE_CONFIG_sensor_zero_units, 2048.0f - 410.0f, 2048.0f + 410.0f}, // 0.5 N, for any number of saved tares
     {DRIVE_CONFIG_reference_ms, 1.0f, 5000.0f},
     {DRIVE_CONFIG_reference_ramp_n_per_s, 0.0f, 0.0f}, // a slow ramp without a host is as good as no fault
 #if STAGE_BRIDGE

@@ -5,7 +5,7 @@
 #include "registers.h"
 #include "wait.h"
 
-static uint32_t off_code = CONVERT_ZERO; ///< for zero current
+static uint32_t off_code = CONVERT_ZERO; ///< code for zero current
 
 void stage_init(const drive_config_t *config, loop_force_t no_current)
 {
@@ -15,13 +15,13 @@ void stage_init(const drive_config_t *config, loop_force_t no_current)
     clock_on(&RCC->APB1ENR, RCC_APB1ENR_DACEN);
     DAC->DHR12R1 = off_code; // zero before the DAC is on, so that the pin shows no other level
     GPIOA->MODER |= 3u << (2 * 0) | 3u << (2 * 1) | 3u << (2 * 2) | 3u << (2 * 3) | 3u << (2 * 4); // analog
-    DAC->CR |= DAC_CR_BOFF1; // buffer off: it does not reach the rails
+    DAC->CR |= DAC_CR_BOFF1; // buffer off, because it does not reach the rails
     DAC->CR |= DAC_CR_EN1;
 }
 
 // --- the power stage's measurements --------------------------------------------------------------------------------
 
-static uint32_t measured_codes[CONVERT_MEASURED]; ///< of ADC2's channels 1 to 3
+static uint32_t measured_codes[CONVERT_MEASURED]; ///< codes of ADC2's channels 1 to 3
 static uint32_t measured_channel;
 
 static void convert_next(void)
@@ -41,7 +41,7 @@ static bool take_measured(void)
     return is_done;
 }
 
-/// Each once, so that the first tick has all.
+/// Measures each quantity once, so that the first tick has all of them.
 static void start_measuring(void)
 {
     for (uint32_t i = 0; i < CONVERT_MEASURED; i++)
@@ -53,7 +53,7 @@ static void start_measuring(void)
     convert_next();
 }
 
-/// A conversion takes 23 us of a tick. One that has not ended in it is no measurement: then each level is exceeded.
+/// Takes the measurements. A conversion takes 23 us of a tick; if it has not ended within the tick, every level is exceeded.
 void stage_measure(port_measured_t *measured)
 {
     const bool is_done = take_measured();
@@ -63,7 +63,7 @@ void stage_measure(port_measured_t *measured)
 
 // --- the sensor ----------------------------------------------------------------------------------------------------
 
-#define CONVERSIONS_MIN 4u // in a tick; 42 at 168 MHz, 8 at 16 MHz
+#define CONVERSIONS_MIN 4u // least number in a tick; there are 42 at 168 MHz, 8 at 16 MHz
 
 static uint32_t adc_sum, adc_count; // since the last tick; only interrupts of one priority write them
 
@@ -100,18 +100,18 @@ void stage_start(uint32_t apb_hz)
 {
     (void)apb_hz;
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_ADC1EN);
-    ADC_CCR     = ADC_CCR_ADCPRE_DIV4; // 21 MHz of 84
-    ADC1->SMPR2 = ADC_SMPR2_SMP0_480;  // with 12 more cycles a conversion every 23.4 us
+    ADC_CCR     = ADC_CCR_ADCPRE_DIV4; // 21 MHz from 84 MHz
+    ADC1->SMPR2 = ADC_SMPR2_SMP0_480;  // with 12 more cycles, a conversion takes 23.4 us
     ADC1->SQR1  = 0;                   // one conversion ...
     ADC1->SQR3  = 0;                   // ... of channel 0
     ADC1->CR1   = ADC_CR1_EOCIE;
     ADC1->CR2   = ADC_CR2_ADON | ADC_CR2_CONT;
-    // The power stage's, one of them a tick.
+    // The measurements of the power stage, one of them a tick.
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_ADC2EN);
     ADC2->SMPR2 = ADC_SMPR2_SMP1_480 | ADC_SMPR2_SMP2_480 | ADC_SMPR2_SMP3_480;
     ADC2->SQR1  = 0;
     ADC2->CR2   = ADC_CR2_ADON;
-    board_start_interrupt(ADC_IRQn, BOARD_TICK_PRIORITY); // the tick's: neither interrupts the other
+    board_start_interrupt(ADC_IRQn, BOARD_TICK_PRIORITY); // priority of the tick, so that neither interrupts the other
     ADC1->CR2 |= ADC_CR2_SWSTART;
     start_measuring();
 }
@@ -125,7 +125,7 @@ void stage_off(void)
 
 bool stage_is_off(void)
 {
-    return true; // the enable output alone switches
+    return true; // only the enable output switches
 }
 
 void stage_enable(bool on)

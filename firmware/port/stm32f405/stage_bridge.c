@@ -1,5 +1,5 @@
-// The bridge: TIM1 switches, its channel 4 starts the converters in the middle of each period, and their interrupt runs the current
-// loop.
+// The bridge: TIM1 switches the legs, its channel 4 starts the converters in the middle of each period, and their interrupt
+// runs the current loop.
 //
 //                 TOP        .            .
 //     TIM1       /  \      /  \      20 kHz, centre-aligned
@@ -23,10 +23,10 @@
 
 // --- params --------------------------------------------------------------------------------------------------------
 
-#define SAMPLE_LEAD_NS 350u // half of 15 cycles of 21 MHz: the codes are held at the top
-#define TRIP_MOST_A    7.5f // of the sensor's 8.25 A, so that a trip comes before the rail
-#define BUS_TRIP       1.2f // of bus_high_v: off at once, and not after bus_voltage_ms
-#define READY_LEAST_MS 20u  // calibrating takes 12.8 ms
+#define SAMPLE_LEAD_NS 350u // half of 15 cycles of 21 MHz, so that the codes are held at the top
+#define TRIP_MOST_A    7.5f // less than the sensor's 8.25 A, so that a trip comes before the rail
+#define BUS_TRIP       1.2f // from this multiple of bus_high_v on, the bridge turns off at once and not after bus_voltage_ms
+#define READY_LEAST_MS 20u // calibration takes 12.8 ms
 
 _Static_assert(WIRING_LEGS == 2 || WIRING_LEGS == 3, "a motor with one winding, or three phases");
 
@@ -80,12 +80,12 @@ bool stage_suits(const drive_config_t *config, drive_config_error_t *error)
 
 // --- pins and peripherals ------------------------------------------------------------------------------------------
 
-/// Nothing switches until stage_start.
+/// Sets up the pins; nothing switches until stage_start.
 void stage_init(const drive_config_t *config, loop_force_t no_current)
 {
     (void)no_current;
     const current_config_t current = current_config_of(config);
-    // A law of your own, as FOC's, takes the place of these three.
+    // A law of your own, e.g. FOC, replaces these three.
     const bridge_params_t params = {.a_per_code = (float)CONVERT_CURRENT_MA * 1e-3f / (float)CONVERT_CODES,
                                     .v_per_code = (float)CONVERT_BUS_MV * 1e-3f / (float)CONVERT_CODES,
                                     .trip_a     = config->bridge_trip_a,
@@ -94,7 +94,7 @@ void stage_init(const drive_config_t *config, loop_force_t no_current)
                                     .law        = bridge_brushed,
                                     .context    = &motor,
                                     .begin      = bridge_brushed_begin};
-    (void)current_init(&motor.params, &current); // of a config that is refused the drive never starts
+    (void)current_init(&motor.params, &current); // with a config that is refused the drive never starts
     motor.dead_share = bridge_dead_share(config->dead_time_ns);
     bridge_init(&bridge, &params);
     dead_time_ns  = config->dead_time_ns;
@@ -103,7 +103,7 @@ void stage_init(const drive_config_t *config, loop_force_t no_current)
     GPIOA->MODER |= 3u << (2 * 0) | 3u << (2 * 1) | 3u << (2 * 2) | 3u << (2 * 3) | 3u << (2 * 4); // analog
 }
 
-/// Gates of the legs, and the break input, at TIM1: alternate function 1.
+/// Connects the gates of the legs and the break input to TIM1, alternate function 1.
 static void connect_legs(void)
 {
     for (uint32_t leg = 0; leg < WIRING_LEGS; leg++)
@@ -122,25 +122,26 @@ static void start_timer1(uint32_t timer_hz)
     top                   = (float)cycles;
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_TIM1EN);
     GPIOB->AFRH |= 1u << (4 * (WIRING_FAULT_PIN - 8));
-    GPIOB->MODER |= 2u << (2 * WIRING_FAULT_PIN); // its interrupt stays
+    GPIOB->MODER |= 2u << (2 * WIRING_FAULT_PIN); // the pin's interrupt stays
     TIM1->PSC   = 0;
     TIM1->ARR   = cycles;
     TIM1->CCMR1 = TIM_CCMR_OC1_PWM1 | TIM_CCMR_OC2_PWM1;
-    TIM1->CCMR2 = TIM_CCMR_OC1_PWM1 | TIM_CCMR_OC4_PWM2; // of channels 3 and 4
+    TIM1->CCMR2 = TIM_CCMR_OC1_PWM1 | TIM_CCMR_OC4_PWM2; // channels 3 and 4
     TIM1->CCR1 = TIM1->CCR2 = TIM1->CCR3 = cycles / 2u;
     TIM1->CCR4                           = cycles - lead;
     TIM1->CCER                           = TIM_CCER_LEG1 | TIM_CCER_LEG2 | (WIRING_LEGS == 3 ? TIM_CCER_LEG3 : 0u);
     TIM1->CR2                            = TIM_CR2_MMS_OC4REF;
-    TIM1->EGR                            = TIM_EGR_UG; // loads what has a preload
+    TIM1->EGR                            = TIM_EGR_UG; // loads the preloaded registers
     TIM1->SR                             = 0;
-    // Off, all gates low (OIS are 0), the break armed, dead time and all of this locked until the next reset.
+    // The outputs are off, all gates low (the OIS bits are 0) and the break armed. The dead time and these settings are
+    // locked until the next reset.
     TIM1->BDTR = TIM_BDTR_LOCK3 | TIM_BDTR_OSSI | TIM_BDTR_OSSR | TIM_BDTR_BKE | (break_is_high ? TIM_BDTR_BKP : 0u) |
                  convert_dead_time(dead_time_ns, timer_hz);
     TIM1->CR1 = TIM_CR1_ARPE | TIM_CR1_CMS_DOWN | TIM_CR1_CEN;
-    connect_legs(); // once the timer holds the gates low
+    connect_legs(); // comes last, when the timer holds the gates low
 }
 
-#define JSQR_1      (0u << 20) // conversions, less one
+#define JSQR_1      (0u << 20) // number of conversions minus one
 #define JSQR_4      (3u << 20)
 #define JSQR_ORDER  (1u | 4u << 5 | 2u << 10 | 3u << 15) // current, second current, bus, temperature
 #define SLOW_APB_HZ 16000000u
@@ -150,8 +151,8 @@ void stage_start(uint32_t apb_hz)
     const uint32_t triggered = ADC_CR2_ADON | ADC_CR2_JEXTSEL_T1 | ADC_CR2_JEXTEN_RISE;
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_ADC1EN);
     clock_on(&RCC->APB2ENR, RCC_APB2ENR_ADC2EN);
-    ADC_CCR     = ADC_CCR_ADCPRE_DIV4; // 21 MHz of 84
-    ADC1->SMPR2 = ADC_SMPR2_SMP0_56;   // 3.2 us, within the others' 5.1
+    ADC_CCR     = ADC_CCR_ADCPRE_DIV4; // 21 MHz from 84 MHz
+    ADC1->SMPR2 = ADC_SMPR2_SMP0_56;   // 3.2 us, within the 5.1 us of the others
     ADC1->JSQR  = JSQR_1;              // channel 0
     ADC1->CR2   = triggered;
     ADC2->SMPR2 = ADC_SMPR2_SMP1_15 | ADC_SMPR2_SMP2_15 | ADC_SMPR2_SMP3_15 | ADC_SMPR2_SMP4_15;
@@ -159,13 +160,13 @@ void stage_start(uint32_t apb_hz)
     ADC2->CR1   = ADC_CR1_SCAN | ADC_CR1_JEOCIE;
     ADC2->CR2   = triggered;
     board_start_interrupt(ADC_IRQn, BOARD_STAGE_PRIORITY);
-    start_timer1(apb_hz == SLOW_APB_HZ ? apb_hz : 2u * apb_hz); // twice APB2's clock if that is divided
+    start_timer1(apb_hz == SLOW_APB_HZ ? apb_hz : 2u * apb_hz); // the timer has twice APB2's clock if that is divided
 }
 
 // --- the current loop ----------------------------------------------------------------------------------------------
 
 static uint32_t          measured_codes[CONVERT_MEASURED];
-static volatile uint32_t sensor_sum, sensor_count; ///< since the last tick
+static volatile uint32_t sensor_sum, sensor_count; ///< readings since the last tick
 
 void ADC_IRQHandler(void);
 
@@ -179,7 +180,7 @@ static void switch_off(void)
     TIM1->BDTR &= ~TIM_BDTR_MOE;
 }
 
-/// A stop may come at any time: what it turns off must stay off.
+/// Turns the legs on. A stop may come at any time, and the legs that it turns off must stay off.
 static void switch_on(void)
 {
     const uint32_t mask = __get_PRIMASK();
@@ -225,14 +226,14 @@ void ADC_IRQHandler(void)
     ADC2->SR = 0;
 }
 
-// --- the tick's ----------------------------------------------------------------------------------------------------
+// --- functions of the tick -----------------------------------------------------------------------------------------
 
-#define CONVERSIONS_MIN 4u // in a tick, of 20
+#define CONVERSIONS_MIN 4u // least number in a tick; there are 20
 
 bool stage_read_sensor(loop_force_t *reading)
 {
     const uint32_t mask = __get_PRIMASK();
-    __disable_irq(); // both, or neither
+    __disable_irq(); // so that sum and count belong together
     const uint32_t count = sensor_count;
     const uint32_t sum   = sensor_sum;
     sensor_count         = 0;
@@ -246,7 +247,7 @@ bool stage_read_sensor(loop_force_t *reading)
     return true;
 }
 
-/// The current of the last period, from the offset that the bridge has found.
+/// Returns the current of the last period, relative to the offset that the bridge has found.
 void stage_measure(port_measured_t *measured)
 {
     *measured            = convert_measured(measured_codes);

@@ -1,4 +1,4 @@
-// From reset to main: vector table, initialised memory, FPU; and the exceptions that reset the chip.
+// The way from reset to main: vector table, initialised memory, FPU. Also the exceptions that reset the chip.
 
 #include "device.h"
 #include "registers.h"
@@ -36,9 +36,9 @@ void TIM2_IRQHandler(void);
 void ADC_IRQHandler(void);
 void USART1_IRQHandler(void);
 
-#define FRAME_PC 6 // of the words that an exception pushes
+#define FRAME_PC 6 // place of the PC among the words that an exception pushes
 
-/// A hard fault or an exception without a handler: outputs off, then a reset with a record of the place.
+/// Handles a hard fault or an exception without a handler: turns the outputs off, then resets with a record of the place.
 __attribute__((used)) void startup_end(const uint32_t *frame)
 {
     const uint32_t status  = SCB->CFSR;
@@ -50,7 +50,7 @@ __attribute__((used)) void startup_end(const uint32_t *frame)
     reset_now(&reset);
 }
 
-/// Passes the address of the exception's frame; a C prologue would move the stack pointer.
+/// Passes the address of the exception's frame. It is not written in C, because a prologue would move the stack pointer.
 __attribute__((naked)) void Exception_Handler(void)
 {
     __asm volatile("mov r0, sp\n b startup_end");
@@ -64,11 +64,11 @@ void NMI_Handler(void)
     reset_now(&reset);
 }
 
-#define NVIC_WORDS 3 // of the chip's 82 interrupts
+#define NVIC_WORDS 3 // words for the chip's 82 interrupts
 
 void Reset_Handler(void)
 {
-    // A boot loader leaves its vectors, and perhaps interrupts.
+    // A boot loader leaves its vectors, and perhaps enabled interrupts.
     __disable_irq();
     SysTick->CTRL = 0;
     for (unsigned i = 0; i < NVIC_WORDS; i++)
@@ -80,7 +80,7 @@ void Reset_Handler(void)
     SCB->CPACR |= 0xfu << 20; // CP10 and CP11: the FPU, before any float
     __DSB();
     __ISB();
-    __enable_irq(); // none is enabled yet
+    __enable_irq(); // no interrupt is enabled yet
     const uint32_t *source = data_source;
     for (uint32_t *word = data_start; word < data_end; word++)
     {

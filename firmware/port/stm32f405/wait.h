@@ -1,4 +1,4 @@
-// Every wait has a time-out, counted in loop turns of about 10 cycles. Each caller handles its expiry.
+// Every wait has a time-out, counted in loop turns of about 10 cycles. Each caller handles the time-out.
 
 #ifndef STM32F405_WAIT_H
 #define STM32F405_WAIT_H
@@ -28,7 +28,8 @@ static inline bool wait_for(const reg_t *reg, uint32_t mask, uint32_t value)
     return wait_for_turns(reg, mask, value, WAIT_TURNS);
 }
 
-/// A peripheral may ignore a write in the first cycles of its clock (RM0090); the read-back alone is too short.
+/// Turns a peripheral's clock on and waits. A peripheral may ignore a write in the first cycles of its clock (RM0090), and the
+/// read-back alone is too short a wait.
 static inline void clock_on(reg_t *enable, uint32_t bits)
 {
     *enable |= bits;

@@ -10,11 +10,11 @@
 ///                       edge, four a line. Internal resistors pull up open-collector outputs; a broken wire looks like an arm at rest
 ///     PA1   ADC2_IN1    the motor's current; 0.2 V/A around 1.65 V (convert.h)
 ///     PA2   ADC2_IN2    the power stage's supply, for bus_low_v and bus_high_v; a twentieth of it
-///     PA3   ADC2_IN3    its temperature, for temperature_max_c; 10 mV/degC
+///     PA3   ADC2_IN3    the power stage's temperature, for temperature_max_c; 10 mV/degC
 ///     PB5   output      high while USART1 sends: the driver-enable of an RS-485 transceiver
 ///     PB6, PB7          USART1, log and commands, 115200 8N1
 ///
-/// A power stage of somebody else's, which takes a command (tribo-stm32f405-*.elf):
+/// A separate power stage that takes a command (tribo-stm32f405-*.elf):
 ///
 ///     PA4   DAC_OUT1    current command to the voltage-to-current converter: 1.65 V at 0 A; not buffered, 15 kOhm. 0 V is
 ///                       full reverse: two resistors at the converter's input hold an open wire at 1.65 V (README.md)
@@ -23,25 +23,25 @@
 /// A bridge that the board drives (tribo-stm32f405-bridge-*.elf), by TIM1. Each gate input needs a resistor to ground:
 ///
 ///     PA8, PB13         TIM1_CH1, TIM1_CH1N: high and low side of the leg at the motor's positive terminal
-///     PA9, PB14         TIM1_CH2, TIM1_CH2N: of the other leg
-///     PA10, PB15        TIM1_CH3, TIM1_CH3N: of a third leg, if WIRING_LEGS is 3
+///     PA9, PB14         TIM1_CH2, TIM1_CH2N: the same of the other leg
+///     PA10, PB15        TIM1_CH3, TIM1_CH3N: the same of a third leg, if WIRING_LEGS is 3
 ///     PB12  TIM1_BKIN   as above: the timer itself turns all switches off
-///     PA4   ADC2_IN4    the second phase's current, of a three-phase motor
+///     PA4   ADC2_IN4    current of the second phase of a three-phase motor
 ///
 /// The chip ties its converters to PA0 to PA4, and TIM1 to its pins.
 
 #ifndef STM32F405_WIRING_H
 #define STM32F405_WIRING_H
 
-// Bypass is 0 with a crystal between OSC_IN and OSC_OUT, 1 with a clock at OSC_IN, as the 8 MHz of a Nucleo's ST-LINK.
+// Bypass is 0 with a crystal between OSC_IN and OSC_OUT, and 1 with a clock at OSC_IN, e.g. the 8 MHz of a Nucleo's ST-LINK.
 #define WIRING_OSCILLATOR_HZ 8000000u ///< crystal_hz of rig_config.h; a multiple of CLOCK_CRYSTAL_STEP_HZ
 #define WIRING_HSE_BYPASS    0u
 
-// Of port A.
+// Pins of port A.
 #define WIRING_ENCODER_A_PIN 6 ///< TIM3's are 6 and 7
 #define WIRING_ENCODER_B_PIN 7
 
-// Of port B.
+// Pins of port B.
 #define WIRING_ENABLE_PIN  0
 #define WIRING_STOP_PIN    1 ///< its interrupt is EXTI1's
 #define WIRING_DRIVES_PIN  5
@@ -51,7 +51,7 @@
 #define WIRING_FAULT_PIN   12 ///< TIM1's break input; 10 to 15 share an interrupt
 
 #ifndef WIRING_LEGS
-#define WIRING_LEGS 2 ///< of the bridge: 2, or 3 with a law of three phases (bridge/bridge.h)
+#define WIRING_LEGS 2 ///< legs of the bridge: 2, or 3 with a law of three phases (bridge/bridge.h)
 #endif
 
 #endif
