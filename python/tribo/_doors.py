@@ -246,7 +246,7 @@ class Joint:
         travel: float,
         breakaway: float = 0.0,
         actuator_pole_rad_per_s: float = 0.0,
-        gain: float = 0.9,
+        gain: float = 0.97,
         arith: Arithmetic = "f32",
     ) -> None:
         error = new_error()

@@ -5,9 +5,10 @@
 //     joint_study_f32 runaway FIRST LAST   friction a third, signs wrong, loads, hands: speed beyond the intended after 0.2 s
 //     joint_study_f32 force FIRST LAST     the end-point force from current
 //
-// An error counts at least one count of the encoder. Seeds 1 to 40 were looked at while the method was made; 1001 to 1100 showed that a joint
-// without a loop needs no term; those from 2001 on were not looked at. Exit status 1 where a joint is below 0.9, the guard steps in for nothing
-// in more than one of ten, a joint runs away, or the force is outside its interval too often.
+// An error counts at least one count of the encoder. Beside each joint's ratio stands that of the same joint with no friction in it, which bounds
+// what a term can do. Seeds below 4000 were looked at while the method was made; those from 7001 on were not. Exit status 1 where a joint is below
+// 0.9, the median of those where friction is to blame below 3.5, the guard steps in for nothing in more than one of ten, a joint runs away, or
+// the force is outside its interval too often.
 
 #include "tribo/joint_f32.h"
 #include "tribo/joint_q31.h"
@@ -331,8 +332,18 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/// Of joints whose error friction is to blame for: without any friction or load it would be a fifth.
+/// Of joints whose error friction is to blame for: without it, load and viscous part left as they are, it would be a fifth.
 #define BLAME 5.0
+
+static joint_case_t without_friction(const joint_case_t *c)
+{
+    joint_case_t x = *c;
+    x.friction *= 1e-9;
+    x.mesh = 0.0;
+    x.load *= 1e9; // over the friction
+    x.viscous *= 1e9;
+    return x;
+}
 
 static void print_ratios(const char *title, double *ratios, size_t count)
 {
@@ -353,6 +364,7 @@ static int errors(uint64_t first, uint64_t last)
 {
     static double all[JOINTS_MAX];
     static double blamed[JOINTS_MAX];
+    static double bounds[JOINTS_MAX];
     size_t        count   = 0;
     size_t        some    = 0;
     size_t        below   = 0;
@@ -361,15 +373,14 @@ static int errors(uint64_t first, uint64_t last)
     {
         tribo_joint_report_t off;
         tribo_joint_report_t on;
-        const joint_case_t   c     = case_of(seed);
-        const double         none  = rms_of(&c, false, &off);
-        const double         ratio = none / rms_of(&c, true, &on);
-        joint_case_t         free  = c;
-        free.friction *= 1e-9;
-        free.mesh             = 0.0;
-        const double best     = none / rms_of(&free, false, &off);
-        const bool   is_worse = !(ratio >= 0.9);
-        all[count++]          = ratio;
+        const joint_case_t   c        = case_of(seed);
+        const double         none     = rms_of(&c, false, &off);
+        const double         ratio    = none / rms_of(&c, true, &on);
+        const joint_case_t   free     = without_friction(&c);
+        const double         best     = none / rms_of(&free, false, &off);
+        const bool           is_worse = !(ratio >= 0.9);
+        bounds[count]                 = best;
+        all[count++]                  = ratio;
         if (best >= BLAME)
         {
             blamed[some++] = ratio;
@@ -390,9 +401,10 @@ static int errors(uint64_t first, uint64_t last)
         }
     }
     print_ratios("all", all, count);
+    print_ratios("the same, with no friction in the joint", bounds, count);
     print_ratios("friction is to blame", blamed, some);
     printf("%zu below 0.9, guard in %zu\n", below, tripped);
-    return below > 0 || 10 * tripped > count || (some > 0 && blamed[some / 2] < 2.5);
+    return below > 0 || 10 * tripped > count || (some > 0 && blamed[some / 2] < 3.5);
 }
 
 // --- runaway ------------------------------------------------------------------------------------------------------------------
@@ -493,6 +505,7 @@ static int force(uint64_t first, uint64_t last)
     double inside = 0.0;
     double all    = 0.0;
     double width  = 0.0;
+    double hidden = 0.0; // breakaway to either side
     for (uint64_t seed = first; seed <= last; seed++)
     {
         static run_t x;
@@ -512,13 +525,16 @@ static int force(uint64_t first, uint64_t last)
                 const tribo_joint_force_t told = JOINT(force)(&x.told.joint);
                 inside += (double)told.low <= -outer && -outer <= (double)told.high ? 1.0 : 0.0;
                 width += ((double)told.high - (double)told.low) / c.friction;
+                hidden += 2.0 * (1.0 + c.peak);
                 all += 1.0;
             }
         }
     }
-    printf("force within its interval in %.1f %% of the ticks; the interval is %.2f of the friction wide\n",
+    printf("force within its interval in %.1f %% of the ticks; the interval is %.2f of the sliding friction wide, %.2f "
+           "times what sticks may hide\n",
            100.0 * inside / all,
-           width / all);
+           width / all,
+           width / hidden);
     return inside < 0.95 * all;
 }
 

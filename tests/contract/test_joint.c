@@ -390,6 +390,38 @@ static void test_a_jump_or_a_slide_that_is_too_long_teaches_nothing(void)
     TEST_ASSERT_FALSE(report().is_learned);
 }
 
+/// q_ref and q go to and fro by 400 counts, q `late` ticks behind: it sticks until the loop has wound up.
+static void late_slides(int count, int late)
+{
+    for (int k = 0; k < count * 400 + late; k++)
+    {
+        const int    at    = k - late;
+        const bool   is_up = at >= 0 && at / 400 % 2 == 0;
+        const double there = k / 400 % 2 == 0 ? k % 400 : 400 - k % 400;
+        const double seen  = at < 0 ? 0 : (is_up ? at % 400 : 400 - at % 400);
+        (void)step(is_up ? 0.2 : -0.2, there, seen);
+    }
+}
+
+static void test_a_joint_that_sticks_while_q_ref_goes_most_of_its_way_learns(void)
+{
+    begin_without_term();
+    late_slides(5, 250);
+    TEST_ASSERT_TRUE(report().is_learned);
+    TEST_ASSERT_FLOAT_WITHIN(0.02f, 0.2f, report().friction);
+}
+
+static void test_a_long_way_is_not_asked_for_twice(void)
+{
+    begin_without_term();
+    late_slides(1, 0);
+    for (int k = 0; k < 8 * 400; k++) // q goes on to and fro, q_ref does not
+    {
+        (void)step(k / 400 % 2 == 0 ? -0.2 : 0.2, 400.0, k / 400 % 2 == 0 ? 400 - k % 400 : k % 400);
+    }
+    TEST_ASSERT_FALSE(report().is_learned);
+}
+
 #if TRIBO_IS_Q31
 static void test_counts_may_wrap(void)
 {
@@ -430,6 +462,26 @@ static void test_what_is_believed_is_used_by_half_until_it_is_learned(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.001, 0.5 * 0.9 * 0.2, number(joint.term));
 }
 
+static void test_a_tenth_of_friction_stays_where_a_hand_leads(void)
+{
+    TEST_ASSERT_EQUAL_FLOAT(0.97f, tribo_joint_config().gain);
+    const double gains[] = {1.0, 0.97, 0.9, 0.5};
+    for (int i = 0; i < 4; i++)
+    {
+        for (int late = 0; late < 2; late++)
+        {
+            begin(0.2);
+            TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, gain)(&joint, (float)gains[i]));
+            for (int k = 0; k < 1000; k++)
+            {
+                (void)step(0.0, (double)k, (double)(k - late));
+            }
+            const double part = late == 0 ? fmin(gains[i], 0.9) : gains[i];
+            TEST_ASSERT_DOUBLE_WITHIN(0.0005, 0.5 * part * 0.2, number(joint.term));
+        }
+    }
+}
+
 static void test_a_term_gives_way_to_an_effort_that_opposes_it_at_rest(void)
 {
     begin(0.2);
@@ -464,7 +516,7 @@ static void test_a_term_gives_way_to_an_effort_that_opposes_it_at_rest(void)
     {
         (void)step(0.0, 998.0 - i, 999.0 - i);
     }
-    TEST_ASSERT_DOUBLE_WITHIN(0.002, -0.09, number(joint.term));
+    TEST_ASSERT_DOUBLE_WITHIN(0.002, -0.097, number(joint.term)); // q_ref leads: no hand
 }
 
 static void test_without_a_loop_there_is_no_term_at_rest(void)
@@ -646,10 +698,13 @@ int main(void)
     RUN_TEST(test_a_hand_that_leads_teaches_nothing);
     RUN_TEST(test_a_motion_that_q_ref_did_not_ask_for_teaches_nothing);
     RUN_TEST(test_a_jump_or_a_slide_that_is_too_long_teaches_nothing);
+    RUN_TEST(test_a_joint_that_sticks_while_q_ref_goes_most_of_its_way_learns);
+    RUN_TEST(test_a_long_way_is_not_asked_for_twice);
 #if TRIBO_IS_Q31
     RUN_TEST(test_counts_may_wrap);
 #endif
     RUN_TEST(test_what_is_believed_is_used_by_half_until_it_is_learned);
+    RUN_TEST(test_a_tenth_of_friction_stays_where_a_hand_leads);
     RUN_TEST(test_a_term_gives_way_to_an_effort_that_opposes_it_at_rest);
     RUN_TEST(test_without_a_loop_there_is_no_term_at_rest);
     RUN_TEST(test_a_joint_that_is_off_by_two_travels_turns_and_not_before);

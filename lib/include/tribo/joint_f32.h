@@ -50,7 +50,7 @@ typedef struct
     float
         breakaway; ///< friction as you believe it, 0 to effort_max; half of it is used until it is learned. 0: nothing is
     float actuator_pole_rad_per_s; ///< of the current loop, 1e-3 to 1e6; 0: fast
-    float gain;                    ///< part of the learned friction that is taken out, 0 to 1
+    float gain; ///< part of the learned friction that is taken out, 0 to 1; at most 0.9 of it where a hand leads
 } tribo_joint_config_t;
 
 typedef enum
@@ -78,7 +78,7 @@ typedef struct
     float force, low, high;
 } tribo_joint_force_t;
 
-/// All that depends on the joint is 0 and refused; gain is 0.9.
+/// All that depends on the joint is 0 and refused; gain is 0.97.
 tribo_joint_config_t tribo_joint_config(void);
 
 /// Makes a joint at rest that has learned nothing. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_JOINT_EFFORT,
@@ -116,7 +116,7 @@ const char *tribo_joint_cause_text(tribo_joint_cause_t cause);
 typedef struct
 {
     float    effort_max, half, fastest; ///< half of `travel`; motion of a tick that is none
-    float    gain;                      ///< as asked for
+    float    gain, led;                 ///< as asked for; where a hand leads
     float    jump;                      ///< of the term a tick, over the learned friction
     float    level_part, observer_part, actuator_part;
     float    fade_step;
@@ -127,9 +127,10 @@ typedef struct
 /// friction worth the name, and kinetic energy is the same at both ends of the rest.
 typedef struct
 {
-    float    moved, effort;    ///< motion of a tick, and effort without the load; low passes
-    float    slack;            ///< of moved, in a play of `travel`
-    float    travel, intended; ///< of q and of q_ref
+    float    moved, effort; ///< motion of a tick, and effort without the load; low passes
+    float    slack;         ///< of moved, in a play of `travel`
+    float    travel;        ///< of q
+    float    asked[2];      ///< travel of q_ref, negative and positive, since the last slide that way
     float    work, slow_travel, slow_work;
     float    peak, knee; ///< largest speed of this slide; half of the last one's
     float    mean[2];    ///< effort against the motion, of the last slides that counted: negative, positive

@@ -39,14 +39,14 @@ void tribo_joint_q31_report(const tribo_joint_q31_t *joint, tribo_joint_report_t
 typedef struct
 {
     int32_t  effort_max, half, fastest;
-    uint32_t gain, jump, level_part, observer_part, actuator_part, fade_step, rest_ticks;
+    uint32_t gain, led, jump, level_part, observer_part, actuator_part, fade_step, rest_ticks;
     float    unit; ///< effort of full scale
 } tribo_joint_q31_params_t;
 
 typedef struct
 {
     int32_t  moved, effort, slack;
-    int64_t  travel, intended, work, slow_travel, slow_work; ///< work: Q23 of full scale, times Q12 of a count
+    int64_t  travel, asked[2], work, slow_travel, slow_work; ///< work: Q23 of full scale, times Q12 of a count
     int32_t  peak, knee, mean[2];
     uint32_t ticks;
     int8_t   side;

@@ -130,16 +130,16 @@ static force_t slide_mean(const joint_slide_t *slide, way_t half)
                    : mean_effort(slide->work, all + 4 * (long_t)half);
 }
 
-/// A slide ends: it counts if it is long enough, and if q_ref asked for it.
+/// A slide ends: it counts if it is long enough, and if q_ref asked for it. A joint that sticks starts long after q_ref: what q_ref has moved since
+/// the last slide that way is what it asks for.
 static void end_slide(joint_t *x)
 {
     joint_slide_t *const slide = &x->slide;
 
     const bool   is_up    = slide->side > 0;
     const long_t travel   = is_up ? slide->travel : -slide->travel;
-    const long_t intended = is_up ? slide->intended : -slide->intended;
     const bool   is_sound = slide->ticks < JOINT_TICKS_MAX && travel >= JOINT_SLIDE_MIN * (long_t)x->params.half;
-    if (is_sound && slide->follows != 0u && intended >= travel / 2)
+    if (is_sound && slide->follows != 0u && slide->asked[is_up] >= travel / 2)
     {
         slide->mean[is_up] = slide_mean(slide, x->params.half);
         slide->has[is_up]  = 1;
@@ -149,14 +149,14 @@ static void end_slide(joint_t *x)
             learn(x);
         }
     }
-    slide->ticks       = 0;
-    slide->follows     = 0;
-    slide->travel      = 0;
-    slide->intended    = 0;
-    slide->work        = 0;
-    slide->slow_travel = 0;
-    slide->slow_work   = 0;
-    slide->peak        = 0;
+    slide->ticks        = 0;
+    slide->follows      = 0;
+    slide->travel       = 0;
+    slide->asked[is_up] = 0;
+    slide->work         = 0;
+    slide->slow_travel  = 0;
+    slide->slow_work    = 0;
+    slide->peak         = 0;
 }
 
 /// One tick of a slide. The same low pass for motion and effort keeps kinetic energy in balance, and spreads the counts of an encoder.
@@ -174,6 +174,10 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
         end_slide(x);
         slide->side = side;
     }
+    if (x->still == 0u)
+    {
+        slide->asked[x->intended > 0] += intended < 0 ? -intended : intended;
+    }
     if (slide->ticks == JOINT_TICKS_MAX || is_too_long(slide->travel))
     {
         slide->ticks = JOINT_TICKS_MAX;
@@ -184,7 +188,6 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
     slide->ticks++;
     slide->follows = slide->follows != 0u || off != 0 ? 1u : 0u;
     slide->travel += slide->moved;
-    slide->intended += intended;
     slide->work += work;
     slide->peak = speed > slide->peak ? speed : slide->peak;
     if (speed <= slide->knee)
@@ -223,7 +226,8 @@ static force_t term_of(joint_t *x, force_t effort)
     const joint_params_t *const params = &x->params;
 
     const force_t known = x->learned != 0u ? x->friction : x->friction / JOINT_UNLEARNED;
-    x->level            = force_track(x->level, faded_by(known, params->gain), params->level_part);
+    const fade_t  gain  = x->slide.follows != 0u ? params->gain : params->led;
+    x->level            = force_track(x->level, faded_by(known, gain), params->level_part);
     x->share            = fade_step(x->share, x->cause == TRIBO_JOINT_SOUND, params->fade_step);
     x->kept             = force_track(x->kept, 0, params->level_part);
 

@@ -34,6 +34,11 @@ tribo_status_t tribo_joint_config_check(const tribo_joint_config_t *config)
     return within(config->gain, 0.0f, 1.0f) ? TRIBO_OK : TRIBO_ERR_JOINT_GAIN;
 }
 
+float tribo_joint_led(float gain)
+{
+    return limit_f32(gain, 0.0f, JOINT_LED);
+}
+
 joint_rates_t tribo_joint_config_rates(const tribo_joint_config_t *config)
 {
     const float h        = config->sample_time_s;

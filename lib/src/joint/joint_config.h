@@ -5,7 +5,8 @@
 
 #include "tribo/joint_f32.h"
 
-#define JOINT_GAIN           0.9f
+#define JOINT_GAIN           0.97f
+#define JOINT_LED            0.9f  // most of it where a hand leads: too much would drive the joint by itself
 #define JOINT_UNLEARNED      2     // part of the believed friction that is used: one over that
 #define JOINT_REST_TIME      0.05f // s without motion of q_ref
 #define JOINT_FADE_TIME      0.05f // s, of the guard
@@ -37,6 +38,9 @@ typedef struct
 
 /// TRIBO_OK, or the status of the first wrong field.
 tribo_status_t tribo_joint_config_check(const tribo_joint_config_t *config);
+
+/// The part of the learned friction that is taken out where a hand leads.
+float tribo_joint_led(float gain);
 
 joint_rates_t tribo_joint_config_rates(const tribo_joint_config_t *config);
 

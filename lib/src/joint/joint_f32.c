@@ -103,6 +103,7 @@ tribo_status_t tribo_joint_f32_init(tribo_joint_f32_t *joint, const tribo_joint_
                                                                  .half          = 0.5f * config->travel,
                                                                  .fastest       = JOINT_FASTEST * config->travel,
                                                                  .gain          = config->gain,
+                                                                 .led           = tribo_joint_led(config->gain),
                                                                  .jump          = rates.jump,
                                                                  .level_part    = rates.level_part,
                                                                  .observer_part = rates.observer_part,
@@ -123,6 +124,7 @@ tribo_status_t tribo_joint_f32_gain(tribo_joint_f32_t *joint, float gain)
         return TRIBO_ERR_JOINT_GAIN;
     }
     joint->params.gain = gain;
+    joint->params.led  = tribo_joint_led(gain);
     return TRIBO_OK;
 }
 

@@ -134,6 +134,7 @@ tribo_status_t tribo_joint_q31_init(tribo_joint_q31_t *joint, const tribo_joint_
                                                                  .half          = half,
                                                                  .fastest       = half < WAY_MAX / 2000 ? 2000 * half : WAY_MAX - 1,
                                                                  .gain          = fixed_unsigned(config->gain, 32),
+                                                                 .led           = fixed_unsigned(tribo_joint_led(config->gain), 32),
                                                                  .jump          = fixed_unsigned(rates.jump, 32),
                                                                  .level_part    = fixed_unsigned(rates.level_part, 32),
                                                                  .observer_part = fixed_unsigned(rates.observer_part, 32),
@@ -155,6 +156,7 @@ tribo_status_t tribo_joint_q31_gain(tribo_joint_q31_t *joint, float gain)
         return TRIBO_ERR_JOINT_GAIN;
     }
     joint->params.gain = fixed_unsigned(gain, 32);
+    joint->params.led  = fixed_unsigned(tribo_joint_led(gain), 32);
     return TRIBO_OK;
 }
 
