@@ -119,7 +119,7 @@ fn play_joint(q31: bool) {
         travel: if q31 { 4.0 } else { 4.0 / 8192.0 },
         breakaway: 0.0,
         actuator_pole_rad_per_s: 0.0,
-        gain: 0.9,
+        gain: 0.97,
     };
     let (mut single, mut fixed) = (Joint::new(&config).unwrap(), JointQ31::new(&JointConfig { travel: 4.0, ..config }).unwrap());
     for row in rows() {

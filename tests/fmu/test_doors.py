@@ -126,7 +126,7 @@ def test_a_joint_loses_its_friction_with_the_librarys_bits(made):
 def test_parameters_have_the_configs_names_units_ranges_and_starts(made):
     for part, name, expected in (("axis", "positive.offset_n", ("N", "1e-06", "1000000.0", "0.007", "tunable")),
                                  ("axis", "sample_time_s", ("s", "1e-06", "0.1", "0.001", "fixed")),
-                                 ("joint", "gain", (None, "0.0", "1.0", "0.9", "tunable")),
+                                 ("joint", "gain", (None, "0.0", "1.0", "0.97", "tunable")),
                                  ("joint", "travel", (None, "1.0", "10000.0", "4.0", "fixed") if made.is_q31 else
                                   (None, "1e-09", "1000000.0", repr(4 / 8192), "fixed"))):
         variable = next(x for x in fmpy.read_model_description(str(made[part])).modelVariables if x.name == name)
