@@ -1,6 +1,6 @@
 """tribo takes the friction out of motor drives; this is its Python package.
 
-All of it is the project's own C: runs are the simulator's, and have the same bits as `tribo-sim run`.
+It runs the project's own C: a run has the same bits as `tribo-sim run`.
 
 >>> import tribo
 >>> run = tribo.run("triangle", gain=0.9, method="paper")
@@ -9,14 +9,14 @@ All of it is the project's own C: runs are the simulator's, and have the same bi
 >>> run.summary.rms_error_N < 0.002
 True
 
-Parts of a loop are stepped alone, tick by tick or over arrays.
+Parts of a loop can be stepped separately, tick by tick or over arrays.
 
 >>> loop = tribo.Loop()
 >>> u_N = loop.step(0.5, 0.0)
 >>> u_N == loop.signals["u_N"]
 True
 
-What the library refuses is an exception that names the key.
+A refusal of the library raises an exception that names the key.
 
 >>> tribo.Friction(k_min=0.5)
 Traceback (most recent call last):

@@ -17,12 +17,12 @@ Arithmetic: TypeAlias = Literal["f32", "q31"]
 Value: TypeAlias = float | bool | str | Sequence[Mapping[str, float]] | Mapping[str, Any]
 Keys: TypeAlias = Mapping[str, Value]
 
-# A wheel's own; else those of the sources, in place.
+# The wheel's own folder, or that of the source tree.
 FOLDER = next(folder for folder in (Path(__file__).with_name("scenarios"), Path(__file__).resolve().parents[2] / "host_sim" / "scenarios") if folder.exists())
 
 
 def text(pointer: Any) -> str:
-    """Words of the C part. What is of a file's name or of its content may be anything."""
+    """Text from the C part. File names and file content in it may be in any encoding."""
     return bytes(ffi.string(pointer)).decode(errors="backslashreplace")
 
 
@@ -30,7 +30,7 @@ __version__ = text(lib.native_version())
 
 
 class ScenarioError(ValueError):
-    """A scenario that the simulator refuses; `field` is the key that it is about, or None."""
+    """A scenario that the simulator refuses; `field` is the key at fault, or None."""
 
     def __init__(self, message: str, field: str | None = None) -> None:
         super().__init__(message)
@@ -38,7 +38,7 @@ class ScenarioError(ValueError):
 
 
 class StatusError(ScenarioError):
-    """A status of the library: `status` is its name without TRIBO_ERR_, `field` the key in a scenario, `text` the library's words.
+    """A status of the library: `status` is its name without TRIBO_ERR_, `field` the key in a scenario, `text` the library's message.
 
     >>> try:
     ...     Friction(k_min=8, k_max=7)
@@ -93,7 +93,7 @@ KEYS: dict[str, Key] = _keys()
 
 
 def raised(error: Any) -> ScenarioError:
-    """What a native_error_t says, as an exception."""
+    """The exception for a native_error_t."""
     key, words = text(error.key), text(error.text)
     if error.status:
         return StatusError(text(lib.native_status_symbol(error.status)), key, words)
@@ -105,8 +105,8 @@ def new_error() -> Any:
 
 
 def full_key(name: str, groups: Sequence[str] = (), within: Sequence[str] = ("",), is_group: bool = False) -> str:
-    """The key that a keyword means: itself, in one of the groups, or the only one that ends with it. `within`: how a key of the part begins; a loop
-    has none of the plant's. A group's name is a key of it (`compensator.sensor`) unless its value `is_group`: YAML in braces, or a mapping."""
+    """The key that a keyword means: itself, one in the groups, or the only one that ends with it. `within` lists the beginnings of a part's keys; a loop
+    has no keys of the plant. A group's name means a key of that name (`compensator.sensor`) unless its value `is_group`: YAML in braces, or a mapping."""
     if "." in name:
         return name
     for key in (name, *(group + name for group in groups)):
@@ -114,7 +114,7 @@ def full_key(name: str, groups: Sequence[str] = (), within: Sequence[str] = ("",
             return key
     found = sorted(key for key, row in KEYS.items() if key.endswith(f".{name}") and key.startswith(tuple(within)) and "[" not in key and (is_group or row.type != "group"))
     if len(found) > 1:
-        raise ScenarioError(f"{name}: several keys end so, give one of them in a dict: {', '.join(found)}", name)
+        raise ScenarioError(f"{name}: several keys end with this name, give one of them in a dict: {', '.join(found)}", name)
     return found[0] if found else name
 
 
@@ -123,7 +123,7 @@ def all_keys(keys: Keys | None, keywords: Keys, groups: Sequence[str] = (), with
 
 
 def keywords_of(groups: Sequence[str] = (), within: Sequence[str] = ("",)) -> dict[str, Key]:
-    """Every keyword that means one key, by name."""
+    """Every keyword that means exactly one key, by its name."""
     found: dict[str, Key] = {}
     for name in sorted({path.rpartition(".")[2] for path, row in KEYS.items() if row.type != "group" and "[" not in path}):
         try:
@@ -136,7 +136,7 @@ def keywords_of(groups: Sequence[str] = (), within: Sequence[str] = ("",)) -> di
 
 
 def annotation_of(key: Key) -> str:
-    """The type of its values, as Python writes it."""
+    """The Python type of the key's values, as source text."""
     plain = {"number": "float", "whole": "int", "text": "str", "list": "Sequence[Mapping[str, float]]"}
     if key.type != "choice":
         return plain[key.type]
@@ -145,7 +145,7 @@ def annotation_of(key: Key) -> str:
 
 
 def signature_of(function: Any, groups: Sequence[str] = (), within: Sequence[str] = ("",)) -> inspect.Signature:
-    """A function's signature with each of its keywords, for help and completion. The default ... is the scenario's."""
+    """A function's signature with all its keywords, for help and completion. The default ... means the scenario's value."""
     given = inspect.signature(function)
     named = [parameter for parameter in given.parameters.values() if parameter.kind != inspect.Parameter.VAR_KEYWORD]
     rows = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=..., annotation=annotation_of(key)) for name, key in keywords_of(groups, within).items()]
@@ -165,11 +165,11 @@ def _yaml(value: Any) -> str:
         return "{" + ", ".join(f"{key}: {_yaml(one)}" for key, one in value.items()) + "}"
     if isinstance(value, Iterable) and not isinstance(value, bytes):
         return "[" + ", ".join(map(_yaml, value)) + "]"
-    raise ScenarioError(f"{value!r} is no number, no word, no mapping and no list of these")
+    raise ScenarioError(f"{value!r} is not a number, a word, a mapping or a list of these")
 
 
 def scenarios() -> list[str]:
-    """The scenarios that go by their name.
+    """The scenarios that can be given by name.
 
     >>> "triangle" in scenarios()
     True
@@ -182,7 +182,7 @@ def _folder() -> Path:
 
 
 def _is_there(path: Path) -> bool:
-    """What cannot be looked at is not absent."""
+    """Whether the path exists. A path that cannot be accessed is an error, not absent."""
     try:
         path.stat()
     except (FileNotFoundError, NotADirectoryError):
@@ -197,7 +197,7 @@ def scenario_path(scenario: str | os.PathLike[str]) -> Path:
     if not _is_there(path) and path.name == os.fspath(scenario):
         path = next((found for ending in ("", ".yaml") if _is_there(found := _folder() / (path.name + ending))), path)
     if not _is_there(path):
-        raise ScenarioError(f"{path}: there is no such file, nor such a scenario in {_folder()}")
+        raise ScenarioError(f"{path}: there is no such file, and no such scenario in {_folder()}")
     return path
 
 
@@ -213,7 +213,7 @@ class Scenario:
         self.handle = ffi.gc(handle, lib.native_scenario_close)
 
     def set(self, key: str, value: Value) -> None:
-        """As --set does."""
+        """Sets a key, as --set does."""
         error = new_error()
         try:
             assignment = f"{key}={_yaml(value)}"
@@ -226,7 +226,7 @@ class Scenario:
             raise ScenarioError(str(refused).removeprefix(f"{assignment}: "), refused.field)
 
     def put(self, keys: Mapping[str, Value]) -> None:
-        """Without a check of the library's own parameters, as the library does it."""
+        """Checks the scenario except for the library's own parameters, which the library checks."""
         for key, value in keys.items():
             is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
             if not (is_number and lib.native_scenario_put(self.handle, key.encode(), value)):

@@ -1,4 +1,4 @@
-"""A force axis, and a joint without a force sensor, each in one object: the library's own, in either arithmetic."""
+"""The library's force axis and its joint without a force sensor, each as one object, in either arithmetic."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Floats = npt.NDArray[np.float64]
 
 def _arithmetic(arith: str) -> bool:
     if arith not in ("f32", "q31"):
-        raise ValueError(f"arith={arith!r}: there are f32 and q31")
+        raise ValueError(f"arith={arith!r}: must be f32 or q31")
     return arith == "q31"
 
 
 def _columns(*inputs: npt.ArrayLike) -> list[Floats]:
     given = [np.ascontiguousarray(x, np.float64) for x in np.broadcast_arrays(*(np.atleast_1d(np.asarray(x, np.float64)) for x in inputs))]
     if given[0].ndim != 1:
-        raise ValueError("an input is a number or an array of one dimension")
+        raise ValueError("an input must be a number or an array of one dimension")
     return given
 
 
@@ -36,14 +36,14 @@ def _played(play: object, handle: object, inputs: list[Floats]) -> Floats:
 
 @dataclass(frozen=True)
 class AxisReport:
-    """Of the positive and the negative direction: learned breakaway at the usual force, and the interval in which it is."""
+    """Learned breakaway at the usual force with its interval, in the positive and the negative direction."""
 
     breakaway_N: tuple[float, float]
     low_N: tuple[float, float]
     high_N: tuple[float, float]
     travel_N: float
-    times_less: float  # work of the controller at a reversal, against none compensated; 0: not known yet
-    share: float  # of friction that the guard lets through
+    times_less: float  # controller effort at a reversal without compensation, divided by that with it; 0: not known yet
+    share: float  # fraction of the friction that the guard lets through
     bad_inputs: int
     limited_ticks: int
     forgotten: int
@@ -51,7 +51,7 @@ class AxisReport:
 
 
 class AxisChanges(TypedDict, total=False):
-    """What an axis takes while it runs."""
+    """The keywords that an axis accepts while it runs."""
 
     u_min_N: float
     u_max_N: float
@@ -77,27 +77,27 @@ _NUMBERS = ("sample_time_s", "u_min_N", "u_max_N", "input_max_N", "usual_force_N
 
 
 def _config(x: dict[str, Any]) -> tuple[object, ...]:
-    """An axis' keywords as the native calls take them."""
+    """An axis' keywords as arguments of the native calls."""
     has_gains = x["kp"] is not None or x["ki_per_s"] is not None
     if has_gains + (x["sections"] is not None) + (x["controller"] is not None) != 1:
-        raise ValueError("one controller: kp and ki_per_s, sections, or controller='paper' or 'own'")
+        raise ValueError("give one controller: kp and ki_per_s, sections, or controller='paper' or 'own'")
     if x["controller"] not in (None, "paper", "own"):
-        raise ValueError(f"controller={x['controller']!r}: there are paper and own")
+        raise ValueError(f"controller={x['controller']!r}: must be paper or own")
     rows = np.ascontiguousarray(np.empty((0, 5)) if x["sections"] is None else x["sections"], np.float32)
     if rows.ndim != 2 or rows.shape[1] != 5:
-        raise ValueError("sections: rows of b0, b1, b2, a1, a2")
+        raise ValueError("sections: each row must have b0, b1, b2, a1, a2")
     kind = "pi" if has_gains else x["controller"] or "sections"
     return [x[name] or 0.0 for name in _NUMBERS], kind.encode(), ffi.from_buffer("float *", rows) if rows.size else ffi.NULL, len(rows)
 
 
 class Axis:
-    """A force axis: loop, feed-forward and guard. Breakaway is offset_N + slope |F|; negative ones that are left out are as the positive.
+    """A force axis: loop, feed-forward and guard. Breakaway is offset_N + slope |F|; negative values that are left out equal the positive ones.
 
     >>> axis = Axis(sample_time_s=1e-3, u_min_N=-2, u_max_N=2, offset_N=0.007, slope=0.3, actuator_pole_rad_per_s=200, sensor_pole_rad_per_s=55, kp=1.9, ki_per_s=110)
     >>> -2 <= axis.step(0.5, 0.0) <= 2
     True
 
-    One controller: kp and ki_per_s; sections, rows of b0, b1, b2, a1, a2 in the delta operator; or "paper" or "own", for which a tick is
+    Give one controller: kp and ki_per_s; or sections, rows of b0, b1, b2, a1, a2 in the delta operator; or controller="paper" or "own". With "own" a tick is
     `u = axis.command(my_pid(axis.error(r, y)))`.
     """
 
@@ -137,7 +137,7 @@ class Axis:
         self.sample_time_s = sample_time_s
 
     def change(self, **keywords: Unpack[AxisChanges]) -> None:
-        """Other keywords from the next tick on: u does not jump, and what is learned stays. A refusal changes nothing."""
+        """Changes keywords from the next tick on. u does not jump, and learned values stay. A refusal changes nothing."""
         unknown = sorted(set(keywords) - set(AxisChanges.__annotations__))
         if unknown:
             raise TypeError(f"change() got an unexpected keyword argument {unknown[0]!r}")
@@ -153,7 +153,7 @@ class Axis:
         self._keywords = changed
 
     def step(self, r_N: float, y_N: float) -> float:
-        """One tick: reference and reading give u."""
+        """Runs one tick: reference and reading give u."""
         return float(self.steps(r_N, y_N)[0])
 
     def steps(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> Floats:
@@ -161,25 +161,25 @@ class Axis:
         return _played(lib.native_axis_play, self._axis, _columns(r_N, y_N))
 
     def record(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> Record:
-        """Likewise, with t_s, r_N and y_N: its plot() draws it."""
+        """Does what steps() does, and returns u with t_s, r_N and y_N; plot() draws them."""
         u_N = self.steps(r_N, y_N)
         return Record(recorded(self.sample_time_s, r_N=r_N, y_N=y_N) | {"u_N": u_N})
 
     def error(self, r_N: float, y_N: float) -> float:
-        """The first half of a tick: the error for a controller of your own."""
+        """Runs the first half of a tick: returns the error for your own controller."""
         return lib.native_axis_error(self._axis, r_N, y_N)  # type: ignore[no-any-return]
 
     def command(self, v_N: float) -> float:
-        """The second half: u of your controller's output."""
+        """Runs the second half of a tick: returns u for your controller's output."""
         return lib.native_axis_command(self._axis, v_N)  # type: ignore[no-any-return]
 
     @property
     def excess_N(self) -> float:
-        """What the limit took of the last command; for the anti-windup of your controller."""
+        """The part of the last command that the limit cut off, for your controller's anti-windup."""
         return lib.native_axis_excess(self._axis)  # type: ignore[no-any-return]
 
     def report(self) -> AxisReport:
-        """What is learned, and warnings as text."""
+        """Returns the learned values, and warnings as text."""
         x = ffi.new("double[12]")
         lib.native_axis_report(self._axis, x)
         warnings = []
@@ -188,17 +188,17 @@ class Axis:
         return AxisReport((x[0], x[1]), (x[2], x[3]), (x[4], x[5]), x[6], x[7], x[8], int(x[9]), int(x[10]), int(x[11]), tuple(warnings))
 
     def restore(self) -> None:
-        """Opens what is latched: friction returns in full."""
+        """Clears the latches of guard and monitor: friction returns in full."""
         lib.native_axis_restore(self._axis)
 
     def export(self) -> bytes:
-        """What is learned, for load()."""
+        """Returns the learned values, for load()."""
         blob = ffi.new("char[]", lib.native_axis_blob_size(self._axis))
         lib.native_axis_export(self._axis, blob)
         return bytes(ffi.buffer(blob))
 
     def load(self, blob: bytes) -> None:
-        """Takes over what another axis of this rig and arithmetic has learned."""
+        """Adopts the learned values of another axis with the same rig and arithmetic."""
         error = new_error()
         if not lib.native_axis_import(self._axis, ffi.from_buffer(blob), len(blob), error):
             raise raised(error)
@@ -206,22 +206,22 @@ class Axis:
 
 @dataclass(frozen=True)
 class JointReport:
-    """Learned friction with the interval in which it is, in the unit of effort."""
+    """Learned friction with its interval, in the unit of effort."""
 
     friction: float
     low: float
     high: float
-    load: float  # that does not reverse; the loop holds it
-    share: float  # of the term that the guard lets through
+    load: float  # part of the effort that does not reverse; the loop holds it
+    share: float  # fraction of the term that the guard lets through
     is_learned: bool
     bad_inputs: int
     limited_ticks: int
-    cause: str  # "sound", or why the guard has taken the term out
+    cause: str  # "sound", or why the guard has faded the term out
 
 
 @dataclass(frozen=True)
 class JointForce:
-    """What the joint does to its surroundings."""
+    """The force of the joint on its surroundings, with its interval."""
 
     force: float
     low: float
@@ -229,13 +229,13 @@ class JointForce:
 
 
 class Joint:
-    """A joint with current and encoder, beside a position, velocity or impedance loop whose output is `effort`.
+    """A joint with current and encoder, behind a position, velocity or impedance loop whose output is `effort`.
 
     >>> joint = Joint(sample_time_s=1e-3, effort_max=3.0, travel=0.0015)
     >>> joint.step(0.5, 0.0, 0.0)
     0.5
 
-    q_ref and q are in one unit, in q31 whole counts of the encoder; `travel` is the least change of q that is motion and no noise.
+    q_ref and q are in one unit, in q31 whole counts of the encoder; `travel` is the least change of q that is motion, not noise.
     """
 
     def __init__(
@@ -259,7 +259,7 @@ class Joint:
         self.sample_time_s = sample_time_s
 
     def step(self, effort: float, q_ref: float, q: float) -> float:
-        """One tick: u for the drive."""
+        """Runs one tick: returns u for the drive."""
         return float(self.steps(effort, q_ref, q)[0])
 
     def steps(self, effort: npt.ArrayLike, q_ref: npt.ArrayLike, q: npt.ArrayLike) -> Floats:
@@ -267,17 +267,17 @@ class Joint:
         return _played(lib.native_joint_play, self._joint, _columns(effort, q_ref, q))
 
     def record(self, effort: npt.ArrayLike, q_ref: npt.ArrayLike, q: npt.ArrayLike) -> Record:
-        """Likewise, with t_s, effort, q_ref and q: its plot() draws it."""
+        """Does what steps() does, and returns u with t_s, effort, q_ref and q; plot() draws them."""
         u = self.steps(effort, q_ref, q)
         return Record(recorded(self.sample_time_s, effort=effort, q_ref=q_ref, q=q) | {"u": u})
 
     def load(self, load: float) -> None:
-        """The load by a model of the arm, e.g. gravity, as effort: added to u from the next tick on, and not learned."""
+        """Sets the load from your model of the arm, e.g. gravity, as effort. It is added to u from the next tick on, and is not learned."""
         lib.native_joint_load(self._joint, load)
 
     @property
     def gain(self) -> float:
-        """Part of the learned friction that is taken out, 0 to 1; the term follows a change in a third of a second."""
+        """Fraction of the learned friction that is compensated, 0 to 1; the term follows a change within a third of a second."""
         return self._gain
 
     @gain.setter
@@ -288,17 +288,17 @@ class Joint:
         self._gain = gain
 
     def restore(self) -> None:
-        """The term comes back, once the cause is found."""
+        """Brings the term back. Remove the guard's cause first."""
         lib.native_joint_restore(self._joint)
 
     def force(self) -> JointForce:
-        """The end-point force from current, with its interval."""
+        """Returns the end-point force from current, with its interval."""
         x = ffi.new("double[3]")
         lib.native_joint_force(self._joint, x)
         return JointForce(x[0], x[1], x[2])
 
     def report(self) -> JointReport:
-        """What is learned, and what the guard says."""
+        """Returns the learned values and the guard's cause."""
         x = ffi.new("double[8]")
         cause = text(lib.native_joint_report(self._joint, x))
         return JointReport(x[0], x[1], x[2], x[3], x[4], x[5] > 0.0, int(x[6]), int(x[7]), cause)

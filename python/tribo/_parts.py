@@ -1,4 +1,4 @@
-"""Parts of a loop, stepped alone."""
+"""Parts of a loop that can be stepped separately."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _STEP = lib.native_part_step
 
 
 class Part:
-    """A part of the loop of a scenario (its name, its path, or None: the defaults), in one arithmetic. Keys as in tribo.run; the library itself
-    checks its parameters."""
+    """A part of a scenario's loop, in one arithmetic. The scenario is a name, a path, or None for the defaults. Keys are those of tribo.run; the library
+    checks its own parameters."""
 
     _kind: ClassVar[str]
     _groups: ClassVar[tuple[str, ...]] = ()
@@ -34,7 +34,7 @@ class Part:
 
     def __init__(self, scenario: str | os.PathLike[str] | None = None, keys: Keys | None = None, /, *, arith: Arithmetic = "f32", **keywords: Value) -> None:
         if arith not in ("f32", "q31"):
-            raise ValueError(f"arith={arith!r}: there are f32 and q31")
+            raise ValueError(f"arith={arith!r}: must be f32 or q31")
         made = Scenario(scenario)
         made.put(all_keys(keys, keywords, self._groups, self._within))
         error = new_error()
@@ -53,7 +53,7 @@ class Part:
         return tuple(names)
 
     def reset(self) -> None:
-        """At rest, nothing learned."""
+        """Returns the part to rest, with nothing learned."""
         lib.native_part_reset(self._part)
 
     @property
@@ -64,7 +64,7 @@ class Part:
     def _play(self, inputs: tuple[npt.ArrayLike, ...], all_outputs: bool) -> list[Floats]:
         given = [np.ascontiguousarray(x, np.float64) for x in np.broadcast_arrays(*(np.atleast_1d(np.asarray(x, np.float64)) for x in inputs))]
         if given[0].ndim != 1:
-            raise ValueError("an input is a number or an array of one dimension")
+            raise ValueError("an input must be a number or an array of one dimension")
         made = [np.empty(len(given[0])) for _ in (self.outputs if all_outputs else self.outputs[:1])]
         ins = ffi.new("double *[]", [ffi.from_buffer("double *", x) for x in given])
         outs = ffi.new("double *[]", [ffi.from_buffer("double *", x, require_writable=True) for x in made])
@@ -77,13 +77,13 @@ class Part:
 
 class _Latches(Part):
     def restore(self) -> None:
-        """Unlatches what guard and feed-forward have latched; learned values stay."""
+        """Clears the latches of guard and feed-forward; learned values stay."""
         lib.native_part_restore(self._part)
 
 
 class _Learns(_Latches):
     def learned(self, F_N: float = 0.0) -> Learned | None:
-        """Breakaway at an end-point force, as learned so far; None if nothing learns."""
+        """Returns the breakaway learned so far at an end-point force, or None if the method does not learn."""
         values = ffi.new("double[12]")
         if not lib.native_part_learned(self._part, F_N, values):
             return None
@@ -109,15 +109,15 @@ class Loop(_Learns):
         def __init__(self, scenario: str | os.PathLike[str] | None = None, keys: Keys | None = None, /, *, arith: Arithmetic = "f32", **keywords: Unpack[LoopKeys]) -> None: ...
 
     def step(self, r_N: float, y_N: float) -> float:
-        """One tick: reference and measured force give the command u in N."""
+        """Runs one tick: reference and measured force give the command u in N."""
         return _STEP(self._part, r_N, y_N, 0.0, 0.0)  # type: ignore[no-any-return]
 
     def steps(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> Floats:
-        """A tick for each element: u."""
+        """Runs a tick for each element and returns u."""
         return self._play((r_N, y_N), False)[0]
 
     def record(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike) -> Record:
-        """Likewise, every output, with t_s, r_N and y_N."""
+        """Does what steps() does, and returns every output with t_s, r_N and y_N."""
         outputs = self._record(r_N, y_N)
         return Record(recorded(self.sample_time_s, r_N=r_N, y_N=y_N) | outputs)
 
@@ -129,7 +129,7 @@ class Loop(_Learns):
 
     @property
     def sample_time_s(self) -> float:
-        """Between two steps."""
+        """Changes keys between two steps."""
         return float(lib.native_part_sample_time_s(self._part))
 
     @property
@@ -142,7 +142,7 @@ class Loop(_Learns):
 
 
 class Friction(Part):
-    """The paper's friction of a hub, Eqs. (3) to (9): f of the command u and the end-point force F.
+    """The paper's friction of a hub, Eqs. (3) to (9): f as a function of the command u and the end-point force F.
 
     >>> hub = Friction(offset_N=0.01, slope=0)
     >>> hub.steps([0.001, 0.004, 1.0], 0.0).round(6).tolist()
@@ -168,7 +168,7 @@ class Friction(Part):
 
 
 class Compensator(Part):
-    """The paper's estimate of friction from u alone: friction and a model of the arm.
+    """The paper's estimate of friction from u alone, by friction law and a model of the arm.
 
     >>> Compensator().record(0.01)["F_hat_N"]
     array([0.])
@@ -209,7 +209,7 @@ class Guard(_Latches):
         def __init__(self, scenario: str | os.PathLike[str] | None = None, keys: Keys | None = None, /, *, arith: Arithmetic = "f32", **keywords: Unpack[GuardKeys]) -> None: ...
 
     def step(self, r_N: float, y_N: float, friction_N: float, good: bool = True) -> float:
-        """`good`: r and y are credible."""
+        """Runs one tick. `good` says that r and y are credible."""
         return _STEP(self._part, r_N, y_N, friction_N, good)  # type: ignore[no-any-return]
 
     def steps(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike, friction_N: npt.ArrayLike, good: npt.ArrayLike = True) -> Floats:
@@ -217,12 +217,12 @@ class Guard(_Latches):
 
     @property
     def cause(self) -> str:
-        """none, hunting or overshoot; latched until restore()."""
+        """The cause: none, hunting or overshoot; latched until restore()."""
         return text(lib.native_part_guard_cause(self._part))
 
 
 class FeedForward(_Learns):
-    """The feed-forward around a controller of your own: in each tick `v = K(fed.error(r, y))`, then `u = fed.command(v)`.
+    """The feed-forward around your own controller: in each tick `v = K(fed.error(r, y))`, then `u = fed.command(v)`.
 
     >>> fed = FeedForward(actuator_pole_rad_per_s=150)
     >>> error_N = fed.error(0.5, 0.4)
@@ -240,17 +240,17 @@ class FeedForward(_Learns):
         def __init__(self, scenario: str | os.PathLike[str] | None = None, keys: Keys | None = None, /, *, arith: Arithmetic = "f32", **keywords: Unpack[FeedForwardKeys]) -> None: ...
 
     def error(self, r_N: float, y_N: float) -> float:
-        """The error for the controller."""
+        """Begins a tick: returns the error for the controller."""
         return lib.native_feedforward_error(self._part, r_N, y_N)  # type: ignore[no-any-return]
 
     def command(self, v_N: float) -> float:
-        """u from the controller's output, and the end of the tick."""
+        """Ends the tick: returns u for the controller's output."""
         return lib.native_feedforward_command(self._part, v_N)  # type: ignore[no-any-return]
 
     def record(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike, controller_N: npt.ArrayLike) -> dict[str, Floats]:
-        """A tick for each element, with the controller's output as it was recorded."""
+        """Runs a tick for each element, with the recorded output of the controller."""
         return self._record(r_N, y_N, controller_N)
 
     def steps(self, r_N: npt.ArrayLike, y_N: npt.ArrayLike, controller_N: npt.ArrayLike) -> Floats:
-        """Likewise, u alone."""
+        """Does what record() does, and returns u alone."""
         return self._play((r_N, y_N, controller_N), False)[0]

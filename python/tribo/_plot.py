@@ -1,4 +1,4 @@
-"""Pictures of what was recorded: what was asked and what came of it, the error, the command. matplotlib is imported when the first is drawn."""
+"""Pictures of recordings: reference and response, the error, the command. matplotlib is imported when the first picture is drawn."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[Any]
 
-_SMALL_N = 0.1  # errors below it are shown in mN
-_START = 0.02  # part of a picture that may leave the axis: a start would flatten the rest
+_SMALL_N = 0.1  # smaller errors are shown in mN
+_START = 0.02  # fraction of a picture that may leave the axis: the start would flatten the rest
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class _Chart:
     unit: str
     values: Array
     colour: str
-    asked: Array | None = None  # drawn broken, once
+    asked: Array | None = None  # the reference, drawn once as a broken line
 
 
 def _force_charts(columns: Mapping[str, Array]) -> list[_Chart]:
@@ -49,12 +49,12 @@ _KINDS = ((("t_s", "r_N", "F_N", "u_N"), _force_charts), (("t_s", "r_N", "y_N", 
 def _charts(columns: Mapping[str, Array]) -> list[_Chart]:
     kind = next(((wanted, make) for wanted, make in _KINDS if all(name in columns for name in wanted)), None)
     if kind is None:
-        raise ValueError(f"a picture needs t_s, r_N, F_N or y_N, and u_N; or t_s, q_ref, q and u. There are {', '.join(columns) or 'none'}")
+        raise ValueError(f"a picture needs t_s, r_N, F_N or y_N, and u_N; or t_s, q_ref, q and u. It has {', '.join(columns) or 'none'}")
     arrays = {name: np.asarray(columns[name], np.float64) for name in kind[0]}
     count = arrays["t_s"].size
     for name, values in arrays.items():
         if values.shape != (count,) or count == 0:
-            raise ValueError(f"{name}: {values.shape} values; a picture needs as many as t_s has, {count}, and one at least")
+            raise ValueError(f"{name}: {values.shape} values; a picture needs as many as t_s has, {count}, and at least one")
     return kind[1](arrays)
 
 
@@ -63,7 +63,7 @@ def _late(values: Array) -> Array:
 
 
 def _small(runs: Sequence[list[_Chart]]) -> list[list[_Chart]]:
-    """Errors in mN where they are small after the start."""
+    """Scales errors to mN if they are small after the start."""
     largest = max((float(np.nanmax(np.abs(_late(charts[1].values)), initial=0.0)) for charts in runs), default=0.0)
     if runs[0][1].unit != "N" or largest >= _SMALL_N:
         return list(runs)
@@ -71,7 +71,7 @@ def _small(runs: Sequence[list[_Chart]]) -> list[list[_Chart]]:
 
 
 def _label(name: str, run: Mapping[str, Array], charts: Sequence[_Chart]) -> str:
-    """With the error of the run's summary, else of what is drawn after the start."""
+    """The run's name with its RMS error: that of the summary, or of the values drawn after the start."""
     error = charts[1]
     summary = getattr(run, "summary", None)
     rms = float(np.sqrt(np.nanmean(_late(error.values) ** 2)))
@@ -82,12 +82,12 @@ def _label(name: str, run: Mapping[str, Array], charts: Sequence[_Chart]) -> str
 
 def _names(given: Sequence[str], count: int) -> list[str]:
     if given and len(given) != count:
-        raise ValueError(f"names: there are {count} runs, and {len(given)} names")
+        raise ValueError(f"names: {len(given)} names for {count} runs")
     return list(given) or (["run"] if count == 1 else ["this run"] + [f"run {number}" for number in range(2, count + 1)])
 
 
 def _limits(lines: Sequence[Array]) -> tuple[float, float] | None:
-    """Of what is drawn after the start, if the start would flatten it."""
+    """Limits of the axis by the values after the start, if the start would flatten them."""
     rest, whole = (np.concatenate([part(values) for values in lines]) for part in (_late, np.asarray))
     low, high = float(np.nanmin(rest)), float(np.nanmax(rest))
     if not high > low or np.nanmax(whole) - np.nanmin(whole) <= 2.5 * (high - low):
@@ -106,7 +106,7 @@ def plot(runs: Sequence[Mapping[str, Array]], names: Sequence[str], path: str | 
     made = _small([_charts(run) for run in runs])
     labels = [_label(*each) for each in zip(_names(names, len(runs)), runs, made)]
     if len({charts[0].title for charts in made}) > 1:
-        raise ValueError("a force and a position do not go into one picture")
+        raise ValueError("one picture cannot show both a force and a position")
     try:
         from matplotlib import pyplot
         from tribo_plot import look  # type: ignore[import-untyped]
@@ -132,7 +132,7 @@ def plot(runs: Sequence[Mapping[str, Array]], names: Sequence[str], path: str | 
 
 
 class Record(dict[str, Array]):
-    """Arrays of one length by their names, a value a tick, also as attributes (`record.u_N`). What was asked, what came and the command make a picture:
+    """Arrays of one length by their names, one value per tick, also as attributes (`record.u_N`). A picture needs time, reference, response and command:
     t_s, r_N, F_N or y_N, and u_N; or t_s, q_ref, q and u.
 
     >>> import numpy as np
@@ -152,7 +152,7 @@ class Record(dict[str, Array]):
         return [*super().__dir__(), *self]
 
     def plot(self, *others: Mapping[str, Array], names: Sequence[str] = (), path: str | os.PathLike[str] | None = None) -> Figure:
-        """Force or position with its reference, the error, and the command, over time; this run is the strong line, the `others` lie beneath it. `names` are of all of
-        them, this one's first; `path` is written by its suffix, .png or .svg. Returns matplotlib's figure. Raises ImportError without matplotlib, and
-        ValueError where columns are missing or `names` do not fit."""
+        """Draws force or position with its reference, the error, and the command, over time; this run is the strong line, the `others` lie beneath it. `names` names all
+        of them, this one first. `path` is the file to write, .png or .svg. Returns matplotlib's figure. Raises ImportError without matplotlib, and
+        ValueError if columns are missing or the number of `names` is wrong."""
         return plot([self, *others], names, path)

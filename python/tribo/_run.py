@@ -21,7 +21,7 @@ Array = npt.NDArray[Any]
 
 @dataclass(frozen=True)
 class Way:
-    """What was learned of breakaway in one direction."""
+    """The learned breakaway in one direction."""
 
     breakaway_N: float
     relative_variance: float
@@ -32,8 +32,8 @@ class Way:
 
 @dataclass(frozen=True)
 class Learned:
-    """What a feed-forward has learned: breakaway in both directions, whether friction fed forward did harm and was fed back, and how often its memory was corrupt. Of a run also the usual force, at
-    which breakaway set the widths of the feed-forward, and why too little was learned."""
+    """Learned values of a feed-forward: breakaway in both directions, whether friction fed forward did harm and was fed back, and how often its memory was corrupt.
+    A run also has the usual force, whose breakaway set the widths of the feed-forward, and the reason if too little was learned."""
 
     positive: Way
     negative: Way
@@ -45,7 +45,7 @@ class Learned:
 
 @dataclass(frozen=True)
 class Difference:
-    """Of two loops over the metrics window: Q31 minus f32."""
+    """Differences of two loops over the metrics window: Q31 minus f32."""
 
     max_u_N: float
     rms_u_N: float
@@ -55,7 +55,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run amounts to, the keys of summary.json. Errors, variation, chatter and switches are over the metrics window."""
+    """The results of a run, with the keys of summary.json. Errors, variation, chatter and switches are over the metrics window."""
 
     rms_error_N: float
     max_error_N: float
@@ -93,8 +93,8 @@ def learned(tree: dict[str, Any]) -> Learned:
 
 
 class Run(Record):
-    """A run's trace: the columns of trace.csv as numpy arrays, by name (`run["r_N"]`) or as attributes (`run.r_N`). `summary` is what it
-    amounts to; `q31` the trace of the second loop of a run in both arithmetics, else None. `run.plot()` draws it."""
+    """A run's trace: the columns of trace.csv as numpy arrays, by name (`run["r_N"]`) or as attributes (`run.r_N`). `summary` has
+    the results; `q31` is the second loop's trace if the run has both arithmetics, or None. `run.plot()` draws the run."""
 
     summary: Summary
     q31: Run | None
@@ -113,10 +113,10 @@ def _columns(trace: Array) -> dict[str, Array]:
 
 
 def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *, arith: Literal["f32", "q31", "both"] | None = None, **keywords: Unpack[RunKeys]) -> Run:
-    """Plays a scenario as `tribo-sim run` does: a path, the name of one in the scenarios folder, or None for the defaults.
+    """Runs a scenario as `tribo-sim run` does: a path, the name of one in the scenarios folder, or None for the defaults.
 
-    `keys` are those of a scenario, by their dotted names; a keyword is a key that no other one ends with. Without `arith` the
-    arithmetic is the scenario's, f32 in most.
+    `keys` are keys of a scenario by their dotted names. A keyword may be the last part of a key if that is unique. Without `arith` the arithmetic is
+    the scenario's, in most f32.
 
     >>> short = run("triangle", {"metrics.start_s": 0, "plant.friction.k_min": 5}, duration_s=2, arith="both")
     >>> short.summary.ticks, len(short.q31.u_N), bool(short.limited.any())
@@ -124,10 +124,10 @@ def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *,
     >>> run("triangle", start_s=0)
     Traceback (most recent call last):
         ...
-    tribo.ScenarioError: start_s: several keys end so, give one of them in a dict: metrics.start_s, reference.start_s
+    tribo.ScenarioError: start_s: several keys end with this name, give one of them in a dict: metrics.start_s, reference.start_s
     """
     if arith not in ("f32", "q31", "both", None):
-        raise ValueError(f"arith={arith!r}: there are f32, q31 and both")
+        raise ValueError(f"arith={arith!r}: must be f32, q31 or both")
     made = Scenario(scenario)
     for key, value in all_keys(keys, cast(Mapping[str, Value], keywords)).items():
         made.set(key, value)

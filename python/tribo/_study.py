@@ -1,4 +1,4 @@
-"""A study: a scenario, and those of its keys that vary from row to row. docs/sweep.md describes its file."""
+"""A study: a scenario and the keys that vary from row to row. docs/sweep.md describes its file."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ COLUMNS = {"row", *MEASURES, *(f"without_{name}" for name in MEASURES), "ratio",
 
 
 def number_of(words: str) -> float:
-    """A decimal number, as the simulator reads it. ValueError says what is wrong with it."""
+    """A decimal number, as the simulator reads it. Raises ValueError with the reason if it is not one."""
     value = ffi.new("double *")
     complaint = lib.native_number(words.encode(errors="replace"), value)
     if complaint != ffi.NULL:
@@ -58,7 +58,7 @@ def is_number(words: str) -> bool:
 
 
 def quoted(value: str) -> str:
-    """The value as YAML that is read as one word."""
+    """The value as YAML that reads back as one word."""
     if PLAIN.fullmatch(value):
         return value
     return '"' + "".join(f"\\x{ord(c):02x}" if ord(c) < 0x20 else f"\\{c}" if c in '"\\' else c for c in value) + '"'
@@ -66,7 +66,7 @@ def quoted(value: str) -> str:
 
 @dataclass
 class Axis:
-    """A column of the frame, and the values that it takes. `probability` has a number from 0 to 1 for each sample, or for each point of a grid."""
+    """A column of the frame and its values. `probability` has a number from 0 to 1 for each sample, or for each point of a grid."""
 
     name: str
     place: Node
@@ -114,11 +114,11 @@ class Axis:
         return f"{x:.6g}"
 
     def value(self, key: int, label: str) -> str:
-        """What one of its keys is set to."""
+        """The value that one of the axis's keys is set to."""
         return f"{float(label) * self.base[key]:.9g}" if self.is_relative else label
 
     def settings(self, index: int) -> Settings:
-        """What the value with this index sets; of a distribution the value at that sample or point."""
+        """The settings of the value with this index; for a distribution, of that sample or point."""
         if self.is_listed:
             return self.cases[index]
         label = self.label(index)
@@ -164,7 +164,7 @@ class _Reader:
         return str(node.value)
 
     def pairs(self, node: Node, name: str, words: Sequence[str] = ()) -> dict[str, tuple[Node, Node]]:
-        """A mapping, by its keys, which are all different and, if `words` are given, among those."""
+        """The pairs of a mapping by key. Keys must differ and, if `words` are given, be among them."""
         self.expect(node, MappingNode, name)
         found: dict[str, tuple[Node, Node]] = {}
         for key, value in node.value:
@@ -247,13 +247,13 @@ class _Reader:
 
     def _check_together(self, axis: Axis, given: Mapping[str, tuple[Node, Node]], node: Node, in_grid: bool) -> None:
         if axis.kind == "cases" and (axis.is_relative or axis.keys):
-            self.complain(given["cases"][0], f"{axis.name}: cases have keys of their own: no keys, no relative", axis.name)
+            self.complain(given["cases"][0], f"{axis.name}: cases have their own keys: remove keys and relative", axis.name)
         if "points" in given and (axis.is_listed or not in_grid):
-            self.complain(given["points"][0], f"{axis.name}: points are for a distribution in the grid", axis.name)
+            self.complain(given["points"][0], f"{axis.name}: only a distribution in the grid takes points", axis.name)
         if "within" in given and axis.kind != "normal":
-            self.complain(given["within"][0], f"{axis.name}: within goes with normal alone", axis.name)
+            self.complain(given["within"][0], f"{axis.name}: only normal takes within", axis.name)
         if in_grid and not axis.is_listed and "points" not in given:
-            self.complain(node, f"{axis.name}: in a grid a distribution wants points: how many", axis.name)
+            self.complain(node, f"{axis.name}: a distribution in the grid needs points, their number", axis.name)
 
     def _ordered(self, node: Node, name: str) -> tuple[float, float]:
         low, high = self.two(node, name)
@@ -280,7 +280,7 @@ class _Reader:
             self.complain(node, f"normal: the standard deviation {axis.b:g} is not above 0", axis.name)
 
     def axes(self, node: Node, name: str, others: list[Axis]) -> list[Axis]:
-        """Of the grid or of the samples; `others` have been read before."""
+        """The axes of the grid or of the samples; `others` were read before."""
         self.expect(node, MappingNode, name)
         axes: list[Axis] = []
         for key, value in node.value:
@@ -289,7 +289,7 @@ class _Reader:
                 self.complain(key, f"more than {AXES_MAX} axes")
             same = next((axis for axis in (*others, *axes) if axis.name == key.value), None)
             if same is not None:
-                self.complain(key, f"{key.value} is there twice, first in line {same.place.start_mark.line + 1}", same.name)
+                self.complain(key, f"{key.value} is given twice, first in line {same.place.start_mark.line + 1}", same.name)
             if key.value in COLUMNS:
                 self.complain(key, f"{key.value}: a column of every sweep has this name, give the axis another", str(key.value))
             axes.append(self.axis(key, value, name == "grid"))
@@ -297,7 +297,7 @@ class _Reader:
 
 
 def _plain(value: Any) -> Any:
-    """What stands in a mapping of Python's, as what YAML has."""
+    """A value of a Python mapping, as YAML has it."""
     if isinstance(value, Mapping):
         return {str(key): _plain(one) for key, one in value.items()}
     if isinstance(value, bool | np.bool_):
@@ -324,7 +324,7 @@ def _study_path(study: str | os.PathLike[str]) -> Path:
     if not path.exists() and path.name == os.fspath(study):
         path = next((found for ending in ("", ".yaml") if (found := folder / (path.name + ending)).is_file()), path)
     if not path.exists():
-        raise ScenarioError(f"{path}: there is no such file, nor such a study in {folder}")
+        raise ScenarioError(f"{path}: there is no such file, and no such study in {folder}")
     return path
 
 
@@ -391,10 +391,10 @@ class Study:
         if "sample" not in parts:
             for word in ("method", "runs"):
                 if word in parts:
-                    reader.complain(parts[word][0], f"{word} goes with sample, which is missing", word)
+                    reader.complain(parts[word][0], f"only sample takes {word}, and there is no sample", word)
             return [], 1, METHODS[0]
         if "runs" not in parts:
-            reader.complain(parts["sample"][0], "sample wants runs: how many", "runs")
+            reader.complain(parts["sample"][0], "sample needs runs, their number", "runs")
         runs = reader.whole(parts["runs"][1], "runs", 1, RUNS_MAX)
         method = reader.choice(parts["method"][1], "method", METHODS) if "method" in parts else METHODS[0]
         return reader.axes(parts["sample"][1], "sample", self.grid), runs, method
@@ -402,7 +402,7 @@ class Study:
     # --- against the scenario ---
 
     def _prepare(self, reader: _Reader, content: str) -> None:
-        """Checks every key and every value; draws the samples."""
+        """Checks every key and every value, and draws the samples."""
         scenario = Scenario(self.scenario)
         self._try(reader, scenario, self._set)
         references = self._references(scenario)
@@ -423,7 +423,7 @@ class Study:
                 reader.complain(node, str(error), key)
 
     def _find_keys(self, reader: _Reader, scenario: Scenario, axis: Axis) -> None:
-        """What its keys hold in the scenario, of which a relative axis has factors."""
+        """The scenario's values of the axis's keys; a relative axis multiplies them."""
         axis.base = [1.0] * len(axis.keys)
         value = ffi.new("double *")
         for k, key in enumerate(axis.keys if axis.kind != "cases" else ()):
@@ -442,7 +442,7 @@ class Study:
                 axis.cases[i] = [(key, axis.value(k, axis.labels[i]), node) for k, (key, _, node) in enumerate(settings)]
 
     def _draw_samples(self) -> None:
-        """A sampled axis has random numbers of its own, from the seed and its name: adding an axis leaves the others. Sobol's points are drawn in all
+        """Each sampled axis draws its own random numbers, from the seed and its name, so adding an axis leaves the others unchanged. Sobol's points are drawn in all
         axes at once."""
         from scipy.stats import qmc  # type: ignore[import-untyped]
 
@@ -461,14 +461,14 @@ class Study:
             axis.probability = np.clip(p, 2.0**-53, 1.0 - 2.0**-53)
 
     def _ends(self, axis: Axis) -> list[Settings]:
-        """The extreme values of a distribution: a key's range has no gaps. One without bounds is judged by its samples."""
+        """The extreme values of a distribution; these suffice, because a key's range has no gaps. A distribution without bounds is checked by its samples."""
         assert axis.probability is not None
         is_bounded = axis.kind != "normal" or axis.within is not None
         ends = (0.0, 1.0) if is_bounded else (float(axis.probability.min()), float(axis.probability.max()))
         return [[(key, axis.value(k, axis.draw(p)), axis.place) for k, key in enumerate(axis.keys)] for p in ends]
 
     def _identify(self, content: str, references: set[Path]) -> str:
-        """Of all that decides a row: the files of study, scenario and reference, the samples, the version."""
+        """A hash of all that determines a row: the files of study, scenario and reference, the samples, the version."""
         digest = hashlib.sha256()
         samples = [axis.probability.tobytes() for axis in self.sampled if axis.probability is not None]
         files = [path.read_bytes() for path in (Path(self.scenario), *sorted(references)) if path.is_file()]
@@ -477,7 +477,7 @@ class Study:
         return digest.hexdigest()[:16]
 
     def _references(self, scenario: Scenario) -> set[Path]:
-        """Files of forces that rows may read."""
+        """Reference files that rows may read."""
         read = lib.native_scenario_reference(scenario.handle)
         named = [value for settings in (self._without, *(case for axis in self.axes for case in axis.cases)) for key, value, _ in settings if key == "reference.file"]
         paths = {Path(self.scenario).parent / name for name in named}
@@ -489,7 +489,7 @@ class Study:
     # --- rows ---
 
     def places(self, row: int) -> list[int]:
-        """The index of each axis's value."""
+        """The index of each axis's value in the row."""
         indices = []
         combination = row % self._combinations
         for axis in reversed(self.grid):
@@ -507,14 +507,14 @@ class Study:
         return [axis.label(index) for axis, index in zip(self.axes, self.places(row))]
 
     def keys(self, row: int, without: bool = False) -> dict[str, str]:
-        """What a row sets, by the scenario's keys."""
+        """The settings of a row, by the scenario's keys."""
         if not 0 <= row < self.rows:
             raise ValueError(f"row {row}: {row} is outside 0 to {self.rows - 1}")
         settings = [self._set, *(axis.settings(index) for axis, index in zip(self.axes, self.places(row))), self._without if without else []]
         return {key: value for one in settings for key, value, _ in one}
 
     def assignments(self, row: int, without: bool = False) -> list[str]:
-        """The same as key=value, the value in YAML."""
+        """The settings of a row as key=value, with the value in YAML."""
         return [f"{key}={quoted(value)}" for key, value in self.keys(row, without).items()]
 
     def command(self, row: int, without: bool = False) -> str:

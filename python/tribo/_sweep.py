@@ -1,4 +1,4 @@
-"""Plays the rows of a study: in processes of this machine or on a cluster, kept in files from which a killed sweep goes on."""
+"""Plays the rows of a study in processes of this machine or on a cluster. Files keep the rows, so a killed sweep can continue."""
 
 from __future__ import annotations
 
@@ -27,29 +27,29 @@ if TYPE_CHECKING:
     import pyarrow  # type: ignore[import-untyped]
 
 BLOCK_ROWS_MAX = 1000
-BLOCKS = 512  # of a study with as many rows: what a kill costs is one block a worker
-FAR_BLOCKS = 500  # half of those handed to an executor of the caller's at a time
+BLOCKS = 512  # if a study has as many rows; a kill loses one block per worker
+FAR_BLOCKS = 500  # half of the blocks given to the caller's executor at a time
 SHARDS_MAX = 100_000
 WORKERS_MAX = 1024
-WORST = 10  # rows that are named
+WORST = 10  # rows that the report names
 
 
 class SweepError(OSError):
-    """The folder of a sweep does not fit it, or is in use."""
+    """The folder belongs to another sweep, or is in use."""
 
 
 # --- in a worker ---------------------------------------------------------------------------------------------------
 
 
 class Job(NamedTuple):
-    """What a row sets, and what its second run does."""
+    """The settings of a row, and those of its second run."""
 
     sets: list[str]
     without: list[str] | None
 
 
 class Played(NamedTuple):
-    """What became of a row, with the measures of both runs."""
+    """The result of a row, with the measures of both runs."""
 
     status: str
     message: str
@@ -58,14 +58,14 @@ class Played(NamedTuple):
 
 
 class How(NamedTuple):
-    """What all rows have in common."""
+    """The options that all rows share."""
 
     scenario: str
     is_q31: bool
     timeout_s: float
 
 
-_last: tuple[How, list[str], list[float]] | None = None  # the last run without, which rows share that follow each other
+_last: tuple[How, list[str], list[float]] | None = None  # the last run of `without`, which successive rows can share
 
 
 def _play(how: How, sets: list[str]) -> tuple[str, str, list[float] | None]:
@@ -107,7 +107,7 @@ def play_block(how: How, jobs: list[Job]) -> list[Played]:
 
 
 def _begin_worker(parent: tuple[int, int], locks: list[int]) -> None:
-    """A worker ends when the sweep closes its pipe or is killed. A Ctrl-C is the sweep's."""
+    """Ends the worker when the sweep closes its pipe or is killed. The sweep itself handles Ctrl-C."""
     for file in (parent[1], *locks):
         os.close(file)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -123,7 +123,7 @@ def _begin_worker(parent: tuple[int, int], locks: list[int]) -> None:
 
 
 class _Pool:
-    """Processes of this machine. They are forked: a script needs no guard, and a worker no start of its own."""
+    """Processes of this machine. They are forked, so a script needs no `__main__` guard and a worker no start-up."""
 
     def __init__(self, workers: int, locks: list[int]) -> None:
         self.workers, self.locks = workers, locks
@@ -133,8 +133,8 @@ class _Pool:
         self._pipe = os.pipe()
         self.executor = futures.ProcessPoolExecutor(self.workers, multiprocessing.get_context("fork"), _begin_worker, (self._pipe, self.locks))
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # of threads: a worker calls nothing that waits for one
-            self.executor.submit(int)  # starts all of them
+            warnings.simplefilter("ignore", DeprecationWarning)  # about threads: a worker calls nothing that waits for a thread
+            self.executor.submit(int)  # starts all workers
 
     def end(self) -> None:
         os.close(self._pipe[1])
@@ -142,16 +142,16 @@ class _Pool:
         os.close(self._pipe[0])
 
     def has_lost(self, error: BaseException | None) -> bool:
-        """Whether a worker ended under its rows."""
+        """Whether a worker died while it ran its rows."""
         return isinstance(error, futures.BrokenExecutor)
 
     def alone(self) -> _Pool:
-        """For a row that a worker may have ended of."""
+        """A separate pool for a row that may have killed a worker."""
         return _Pool(1, self.locks)
 
 
 class _Given:
-    """An executor of the caller's, or a client of Dask's."""
+    """The caller's executor, or a Dask client."""
 
     workers = FAR_BLOCKS
 
@@ -185,7 +185,7 @@ def _play_alone(how: How, job: Job, pool: _Pool | _Given) -> Played:
 
 
 def _play_blocks(study: Study, blocks: Iterable[range], pool: _Pool | _Given) -> Iterator[tuple[range, list[Played]]]:
-    """As they come to their end."""
+    """Yields the blocks as they finish."""
     how = How(study.scenario, study.is_q31, study.timeout_s)
     wanted, pending, lost = iter(blocks), dict[futures.Future[list[Played]], range](), list[range]()
     while True:
@@ -204,7 +204,7 @@ def _play_blocks(study: Study, blocks: Iterable[range], pool: _Pool | _Given) ->
                 lost.append(block)
             else:
                 yield block, future.result()
-        if lost and not pending:  # with the worker all blocks went that were handed out
+        if lost and not pending:  # a dead worker loses all blocks that were handed out
             pool.end()
             pool.begin()
             for block in lost:
@@ -265,7 +265,7 @@ def _frame(study: Study, tables: list[pyarrow.Table]) -> pandas.DataFrame:
 
 @contextmanager
 def _locked(folder: Path, shard: tuple[int, int] | None) -> Iterator[list[int]]:
-    """A whole sweep has the folder for itself; shards share it, each of them once."""
+    """Locks the folder: for a whole sweep alone, or shared by shards, each of them once."""
     names = [(".lock", fcntl.LOCK_SH if shard else fcntl.LOCK_EX), *([(f".lock-{shard[0]}-of-{shard[1]}", fcntl.LOCK_EX)] if shard else [])]
     files: list[int] = []
     try:
@@ -282,7 +282,7 @@ def _locked(folder: Path, shard: tuple[int, int] | None) -> Iterator[list[int]]:
 
 
 class _Folder:
-    """DIR/parts has a file for each block that has been played; DIR/rows.parquet takes their place once all have."""
+    """DIR/parts has a file for each finished block; DIR/rows.parquet replaces them when all are finished."""
 
     def __init__(self, study: Study, folder: Path) -> None:
         self._study = study
@@ -303,10 +303,10 @@ class _Folder:
         return table
 
     def _refuse(self, path: Path) -> SweepError:
-        return SweepError(f"{path}: is not of this study as it is now: remove it, or give another folder")
+        return SweepError(f"{path}: belongs to another study, or to an earlier version of this one: remove it, or give another folder")
 
     def whole(self) -> pandas.DataFrame | None:
-        """The frame of a sweep that has come to its end."""
+        """The frame of a finished sweep, or None."""
         if not self.rows.exists():
             return None
         table = self._read(self.rows)
@@ -318,7 +318,7 @@ class _Folder:
         return pandas.read_parquet(self.rows)
 
     def played(self, blocks: list[range]) -> dict[int, pyarrow.Table]:
-        """Those of the blocks that are there, by their first row."""
+        """The tables of the finished blocks, by their first row."""
         self.parts.mkdir(exist_ok=True)
         found = {}
         for block in blocks:
@@ -344,7 +344,7 @@ class _Folder:
 
 @contextmanager
 def _made(path: Path) -> Iterator[Path]:
-    """A file that is there whole or not at all."""
+    """Writes a file wholly or not at all."""
     part = path.with_suffix(".part")
     try:
         yield part
@@ -366,11 +366,11 @@ def _check(workers: int | None, shard: tuple[int, int] | None, executor: Any, ou
     if shard is not None and not (1 <= shard[0] <= shard[1] <= SHARDS_MAX):
         raise ValueError(f"shard {shard[0]}/{shard[1]}: i of n is expected, with i from 1 to n, at most {SHARDS_MAX}")
     if shard is not None and out is None:
-        raise ValueError("a shard needs a folder, in which the others will be")
+        raise ValueError("a shard needs a folder, which all shards share")
     if workers is not None and not 1 <= workers <= WORKERS_MAX:
         raise ValueError(f"workers={workers}: a number from 1 to {WORKERS_MAX} is expected")
     if workers is not None and executor is not None:
-        raise ValueError("workers and executor do not go together")
+        raise ValueError("workers and executor exclude each other")
 
 
 def _play_all(study: Study, blocks: list[range], found: dict[int, pyarrow.Table], folder: _Folder | None, pool: _Pool | _Given, progress: bool | None) -> None:
@@ -390,16 +390,16 @@ def _play_all(study: Study, blocks: list[range], found: dict[int, pyarrow.Table]
 
 def sweep(study: Study | str | os.PathLike[str] | Mapping[str, Any], out: str | os.PathLike[str] | None = None, *, workers: int | None = None,
           shard: tuple[int, int] | None = None, executor: Any = None, progress: bool | None = None) -> pandas.DataFrame:
-    """Plays a study, a row of the frame for each set of values; docs/sweep.md has its columns. A row that fails has a `status` and a `message`.
+    """Plays a study and returns a frame with a row for each set of values; docs/sweep.md describes the columns. A failed row has a `status` and a `message`.
 
     `study`: the path of a study's file, the name of one in the studies folder, or a mapping of the same keys.
-    `out`: a folder that keeps the rows, and from which the same call goes on after a kill. Without it nothing is written.
-    `workers`: processes at a time; one for each core if left out.
-    `shard=(i, n)`: plays the i-th of n parts alone; the call without it takes what the shards have left in `out`.
-    `executor`: instead of processes here, a client of dask.distributed or any other executor in the manner of concurrent.futures.
-    `progress`: whether a bar is drawn; on a terminal if left out.
+    `out`: a folder that keeps the rows; after a kill the same call continues from it. Without it nothing is written.
+    `workers`: number of processes; one for each core if left out.
+    `shard=(i, n)`: plays only the i-th of n parts; the call without it gathers the results of the shards in `out`.
+    `executor`: a client of dask.distributed or any executor of the concurrent.futures kind, used instead of local processes.
+    `progress`: whether to draw a bar; if left out, it is drawn on a terminal.
 
-    Raises ScenarioError for a study that is refused, SweepError (an OSError) for a folder of another study or of another sweep that is running.
+    Raises ScenarioError if the study is refused, and SweepError (an OSError) if the folder belongs to another study or a running sweep.
 
     >>> frame = sweep({"scenario": "triangle", "set": {"duration_s": 1, "metrics.start_s": 0}, "grid": {"compensator.gain": [0.5, 1]}}, workers=1)
     >>> frame["compensator.gain"].tolist(), frame.status.tolist()

@@ -1,4 +1,4 @@
-"""tribo-demo-drive and tribo-fmu of an installed package: the scripts that came with it."""
+"""Runs the scripts tribo-demo-drive and tribo-fmu of an installed package."""
 
 import os
 import sys
@@ -14,8 +14,8 @@ def fmu() -> None:
 
 
 def _run(name: str) -> None:
-    """Found from the command, as an installation of a user's own is not in sys.prefix."""
+    """Finds the script from the command's path, because a user installation is not in sys.prefix."""
     script = Path(sys.argv[0]).resolve().parents[1] / "share/tribo/tools" / name
     if not script.exists():
-        sys.exit(f"{Path(sys.argv[0]).name}: there is no {script}: it is not made for this machine")
+        sys.exit(f"{Path(sys.argv[0]).name}: {script} is missing: this package does not include it")
     os.execv(sys.executable, [sys.executable, "-B", str(script), *sys.argv[1:]])

@@ -48,7 +48,7 @@ def test_a_name_is_found_in_the_chosen_folder_and_a_file_goes_first(sim):
     sim.write("mine/own.yaml", "duration_s: 0.002\nreference: {kind: step}\n")
     for name in ("own", "own.yaml"):
         assert "(limited" in sim.ok("run", name, env=environment)
-    sim.fails(f"triangle: there is no such file, nor such a scenario in {sim.folder / 'mine'} (tribo-sim list shows them)", "run",
+    sim.fails(f"triangle: there is no such file, and no such scenario in {sim.folder / 'mine'} (tribo-sim list shows them)", "run",
               "triangle", env=environment)
     sim.write("own", "duration_s: 0.004\nreference: {kind: step}\n")
     assert "ticks                     4 " in sim.ok("run", "own", env=environment)

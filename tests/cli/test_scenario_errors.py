@@ -236,7 +236,7 @@ def test_a_file_that_is_no_scenario(sim, case):
 
 def test_a_missing_file(sim):
     for command in ("run", "params"):
-        sim.fails(f"none.yaml: there is no such file, nor such a scenario in {SCENARIOS} (tribo-sim list shows them)", command,
+        sim.fails(f"none.yaml: there is no such file, and no such scenario in {SCENARIOS} (tribo-sim list shows them)", command,
                   "none.yaml")
 
 

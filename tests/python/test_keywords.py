@@ -21,7 +21,7 @@ SHORT = {"duration_s": 0.2, "metrics.start_s": 0}
 
 def test_a_keyword_of_a_loop_is_no_plants():
     assert tribo.Loop(offset_N=0.02).steps([0.1] * 50, 0.0).tolist() == tribo.Loop(None, {"compensator.friction.breakaway.offset_N": 0.02}).steps([0.1] * 50, 0.0).tolist()
-    with pytest.raises(tribo.ScenarioError, match="several keys end so.*compensator.*plant"):
+    with pytest.raises(tribo.ScenarioError, match="several keys end with this name.*compensator.*plant"):
         tribo.run("triangle", SHORT, offset_N=0.02)
 
 

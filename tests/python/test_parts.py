@@ -175,7 +175,7 @@ def test_an_open_loop_and_a_wrong_shape_are_refused():
         tribo.Loop(None, {"controller.kind": "none"})
     with pytest.raises(ValueError, match="one dimension"):
         tribo.Friction().steps(np.zeros((2, 2)), 0.0)
-    with pytest.raises(ValueError, match="there are f32 and q31"):
+    with pytest.raises(ValueError, match="must be f32 or q31"):
         tribo.Loop(arith="f64")
     with pytest.raises(ValueError):
         tribo.Friction().steps(np.zeros(3), np.zeros(2))

@@ -91,10 +91,10 @@ def test_a_group_is_a_mapping():
     ({"compensator.gian": 1}, "compensator.gian", "did you mean compensator.gain?"),
     ({"nonsense": 1}, "nonsense", "unknown key nonsense"),
     ({"compensator": {"gain": 5.0}}, "compensator", "compensator.gain: 5 is outside 0 to 2"),
-    ({"method": None}, "compensator.method", "compensator.method: None is no number, no word, no mapping and no list of these"),
-    ({"plant": {"step_s": b"1"}}, "plant", "plant: b'1' is no number"),
+    ({"method": None}, "compensator.method", "compensator.method: None is not a number, a word, a mapping or a list of these"),
+    ({"plant": {"step_s": b"1"}}, "plant", "plant: b'1' is not a number"),
     ({"controller.sections": [1.0]}, "controller.sections", "controller.sections[0]: a mapping is expected here"),
-    ({"k_min": 7}, "k_min", "several keys end so, give one of them in a dict: compensator.friction.k_min, plant.friction.k_min"),
+    ({"k_min": 7}, "k_min", "several keys end with this name, give one of them in a dict: compensator.friction.k_min, plant.friction.k_min"),
     ({"plant.step_s": 3e-4}, None, "must divide sample_time_s without a remainder"),
 ])
 def test_a_refusal_names_the_key(keys, field, words):
@@ -112,7 +112,7 @@ def test_the_librarys_refusal_of_a_run_is_a_status():
 
 
 def test_a_scenario_that_is_not_there():
-    with pytest.raises(tribo.ScenarioError, match="nowhere: there is no such file, nor such a scenario in"):
+    with pytest.raises(tribo.ScenarioError, match="nowhere: there is no such file, and no such scenario in"):
         tribo.run("nowhere")
 
 

@@ -363,7 +363,7 @@ def test_rows_of_another_study_are_not_taken_up(change, shard):
     path = pathlib.Path("o/rows.parquet" if shard is None else "o/parts/00000000.parquet")
     before = path.read_bytes()
     pathlib.Path(change[0]).write_text(change[1])
-    with pytest.raises(tribo.SweepError, match=f"^{path}: is not of this study as it is now: remove it, or give another folder$"):
+    with pytest.raises(tribo.SweepError, match=f"^{path}: belongs to another study, or to an earlier version of this one: remove it, or give another folder$"):
         tribo.sweep("study.yaml", "o", shard=shard)
     assert path.read_bytes() == before
 
@@ -375,7 +375,7 @@ def test_a_changed_reference_is_another_study(study):
     pathlib.Path("csv.yaml").write_text("duration_s: 1\nreference: {kind: csv, file: r.csv}\n")
     assert set(sweep(study, "o")["status"]) == {"ok"}
     pathlib.Path("r.csv").write_text("t_s,r_N\n0,0.4\n1,0.5\n")
-    with pytest.raises(tribo.SweepError, match="not of this study"):
+    with pytest.raises(tribo.SweepError, match="belongs to another study"):
         sweep(study, "o")
 
 
@@ -550,8 +550,8 @@ HUNDRED = "{uniform: [0, 1], points: 100000}"
     (START + "timeout_s: ^.nan\n", "timeout_s: '.nan' is not a finite number"),
     (START + "timeout_s: ^1_0\n", "timeout_s: '1_0' is not a number"),
     (START + "timeout_s: ^1e999\n", "timeout_s: '1e999' is too large for a number"),
-    (START + "^runs: 5\n", "runs goes with sample, which is missing"),
-    (START + "^sample: {sensor.noise_N: [1]}\n", "sample wants runs: how many"),
+    (START + "^runs: 5\n", "only sample takes runs, and there is no sample"),
+    (START + "^sample: {sensor.noise_N: [1]}\n", "sample needs runs, their number"),
     (START + "runs: ^0\nsample: {sensor.noise_N: [1]}\n", "runs: 0 is outside 1 to 1000000"),
     (START + "runs: 1\nmethod: ^halton\nsample: {sensor.noise_N: [1]}\n", "method: 'halton' is not latin_hypercube, monte_carlo or sobol"),
     (START + "set: {plant.modle: ^paper}\n", "unknown key plant.modle, did you mean plant.model?"),
@@ -564,7 +564,7 @@ HUNDRED = "{uniform: [0, 1], points: 100000}"
     (START + "grid:\n  ^plant.model: {uniform: [0, 1], points: 2}\n", "plant.model is not a number: values are expected"),
     (START + "grid:\n  ^metrics.end_s: {values: [1], relative: true}\n", "metrics.end_s: the scenario gives no value to be relative to"),
     (START + "grid:\n  ^ratio: {keys: compensator.gain, values: [1]}\n", "ratio: a column of every sweep has this name, give the axis another"),
-    (START + "runs: 9\ngrid: {sensor.noise_N: [1]}\nsample: {^sensor.noise_N: [1]}\n", "sensor.noise_N is there twice, first in line 3"),
+    (START + "runs: 9\ngrid: {sensor.noise_N: [1]}\nsample: {^sensor.noise_N: [1]}\n", "sensor.noise_N is given twice, first in line 3"),
     (START + f"^grid: {{sensor.noise_N: {HUNDRED}, compensator.gain: {HUNDRED}}}\n", "grid: more than 10000000 combinations"),
     (START + "^runs: 1000000\ngrid: {sensor.noise_N: {uniform: [0, 1], points: 11}}\nsample: {compensator.gain: [1]}\n",
      "runs: 11000000 rows with the grid, more than 10000000"),
@@ -582,9 +582,9 @@ def test_complaints_name_file_line_column_value_and_range(text, message):
     ("[0.1, ^2.5]", "compensator.gain: 2.5 is outside 0 to 2"),
     ("[0.1, ^x]", "compensator.gain: 'x' is not a number"),
     ("[0.1, ^.nan]", "compensator.gain: '.nan' is not a finite number"),
-    ("^{uniform: [0, 1]}", "compensator.gain: in a grid a distribution wants points: how many"),
+    ("^{uniform: [0, 1]}", "compensator.gain: a distribution in the grid needs points, their number"),
     ("{uniform: [0, 1], points: ^1}", "points: 1 is outside 2 to 100000"),
-    ("{values: [1], ^points: 2}", "compensator.gain: points are for a distribution in the grid"),
+    ("{values: [1], ^points: 2}", "compensator.gain: only a distribution in the grid takes points"),
     ("{uniform: ^[1, 1], points: 2}", "uniform: 1 is not below 1"),
     ("{uniform: ^[1], points: 2}", "uniform: two numbers are expected here"),
     ("{uniform: [1, ^a], points: 2}", "uniform: 'a' is not a number"),
@@ -593,14 +593,14 @@ def test_complaints_name_file_line_column_value_and_range(text, message):
     ("{normal: ^[0, 0], points: 2}", "normal: the standard deviation 0 is not above 0"),
     ("{normal: [^nan, 1], points: 2}", "normal: 'nan' is not a finite number"),
     ("{normal: [0, 1], within: ^[1, 0], points: 2}", "within: 1 is not below 0"),
-    ("{uniform: [0, 1], ^within: [0, 1], points: 2}", "compensator.gain: within goes with normal alone"),
+    ("{uniform: [0, 1], ^within: [0, 1], points: 2}", "compensator.gain: only normal takes within"),
     ("{uniform: [0, 1], ^normal: [0, 1]}", "compensator.gain: uniform and normal do not go together"),
     ("{^unifrom: [0, 1]}", "unknown key unifrom, did you mean uniform?"),
     ("{values: [1, ^a], relative: true}", "compensator.gain: 'a' is not a number"),
     ("{values: [2, ^3], relative: true}", "compensator.gain: 2.55 is outside 0 to 2"),
     ("{values: [2], relative: ^maybe}", "relative: 'maybe' is not false, no, true or yes"),
     ("{cases: {a: {compensator.gain: ^3}}}", "compensator.gain: 3 is outside 0 to 2"),
-    ("{^cases: {a: {compensator.gain: 1}}, relative: true}", "compensator.gain: cases have keys of their own: no keys, no relative"),
+    ("{^cases: {a: {compensator.gain: 1}}, relative: true}", "compensator.gain: cases have their own keys: remove keys and relative"),
 ])
 def test_complaints_about_an_axis(axis, message):
     refuses(f"{START}grid:\n  compensator.gain: {axis}\n", message)
@@ -614,7 +614,7 @@ def test_complaints_about_an_axis(axis, message):
     (b"a: &a {b: *a}\n", "wrong.yaml:1:1: unknown key a"),
     (b"[" * 20_000, "wrong.yaml:1:1: not valid YAML: .+"),
     (b"#" * (5 << 20), "wrong.yaml: is larger than 4194304 bytes"),
-    (b"scenario: nothing\n", "wrong.yaml:1:11: scenario: nothing: there is no such file, nor such a scenario in .*"),
+    (b"scenario: nothing\n", "wrong.yaml:1:11: scenario: nothing: there is no such file, and no such scenario in .*"),
 ])
 def test_a_file_that_is_no_study(content, message):
     pathlib.Path("wrong.yaml").write_bytes(content)
@@ -638,14 +638,14 @@ def test_a_normal_distribution_that_leaves_the_range_is_refused_before_the_first
 
 def test_arguments_are_checked():
     for words, message in (({"shard": (0, 2)}, "shard 0/2: i of n is expected, with i from 1 to n, at most 100000"), ({"shard": (3, 2)}, "shard 3/2"), ({"shard": (1, 100_001)}, "at most 100000"),
-                           ({"workers": 0}, "workers=0: a number from 1 to 1024 is expected"), ({"workers": 1025}, "workers=1025"), ({"workers": 1, "executor": 1}, "do not go together")):
+                           ({"workers": 0}, "workers=0: a number from 1 to 1024 is expected"), ({"workers": 1025}, "workers=1025"), ({"workers": 1, "executor": 1}, "exclude each other")):
         with pytest.raises(ValueError, match=re.escape(message)):
             tribo.sweep("study.yaml", "o", **words)
     with pytest.raises(ValueError, match="a shard needs a folder"):
         tribo.sweep("study.yaml", shard=(1, 2))
     with pytest.raises(ValueError, match="row 24: 24 is outside 0 to 23"):
         tribo.Study("study.yaml").keys(24)
-    with pytest.raises(tribo.ScenarioError, match="no.yaml: there is no such file, nor such a study in"):
+    with pytest.raises(tribo.ScenarioError, match="no.yaml: there is no such file, and no such study in"):
         tribo.sweep("no.yaml")
     pathlib.Path("file").write_text("")
     with pytest.raises(tribo.SweepError, match="^file/o: Not a directory$"):

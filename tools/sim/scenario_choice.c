@@ -40,13 +40,14 @@ static bool load(common_scenario_t           *scenario,
                  const char                  *path,
                  common_error_t              *error)
 {
-    bool ok = common_file_exists(path)
-                  ? common_scenario_load(scenario, path, error)
-                  : common_error_set(error,
-                                     "%s: there is no such file, nor such a scenario in %s (tribo-sim list shows them)",
-                                     path,
-                                     common_scenario_folder());
-    ok      = ok && (choice->learned == NULL || common_scenario_load_compensator(scenario, choice->learned, error));
+    bool ok =
+        common_file_exists(path)
+            ? common_scenario_load(scenario, path, error)
+            : common_error_set(error,
+                               "%s: there is no such file, and no such scenario in %s (tribo-sim list shows them)",
+                               path,
+                               common_scenario_folder());
+    ok = ok && (choice->learned == NULL || common_scenario_load_compensator(scenario, choice->learned, error));
     for (int i = 0; ok && i < choice->set_count; i++)
     {
         ok = common_scenario_set(scenario, choice->sets[i], error);
