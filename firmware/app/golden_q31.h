@@ -8,7 +8,7 @@
 ///     |r| and |y|  up to 2 N
 ///     gain         0.85, of a controller of 2 sections
 ///
-/// As the library's init function makes them. For one file of a program, which then needs no set-up code.
+/// Equal to the result of the library's init function. Include it in one file of a program, which then needs no set-up code.
 
 #ifndef GOLDEN_PARAMS_Q31_H
 #define GOLDEN_PARAMS_Q31_H

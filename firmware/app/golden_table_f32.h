@@ -7,7 +7,7 @@
 ///     |r| and |y|  up to 2 N
 ///     gain         0.85, of a controller of 3 sections
 ///
-/// As the library's init function makes them. For one file of a program, which then needs no set-up code.
+/// Equal to the result of the library's init function. Include it in one file of a program, which then needs no set-up code.
 
 #ifndef GOLDEN_TABLE_PARAMS_F32_H
 #define GOLDEN_TABLE_PARAMS_F32_H

@@ -352,7 +352,8 @@ static void put_comment(FILE *stream, const sim_params_header_t *header)
                   "///     |r| and |y|  up to %g N\n"
                   "///     gain         %g, of a controller of %u sections\n"
                   "///\n"
-                  "/// As the library's init function makes them. For one file of a program, which then needs no "
+                  "/// Equal to the result of the library's init function. Include it in one file of a program, which "
+                  "then needs no "
                   "set-up code.\n\n",
                   (double)config->controller.u_min_n,
                   (double)config->controller.u_max_n,

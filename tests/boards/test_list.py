@@ -59,7 +59,7 @@ def test_check_knows_every_board():
 
 
 def test_tribo_sim_knows_every_emulated_processor():
-    names = said_by(os.environ["TRIBO_SIM"], "run", "triangle", "--target", "nosuch").split("there are ", 1)[1].split(" (")[0]
+    names = said_by(os.environ["TRIBO_SIM"], "run", "triangle", "--target", "nosuch").split("must be one of ", 1)[1].split(" (")[0]
     assert sorted(names.split(", ")) == sorted(["serial:DEVICE", *(name.removeprefix("cortex-") for name in boards.EMULATED)])
 
 

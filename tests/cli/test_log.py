@@ -204,7 +204,7 @@ def test_a_wrong_unit_lists_what_there_is(sim):
 
 def test_the_clean_log_is_not_written_over_the_log(sim):
     sim.write("log.csv", GOOD)
-    sim.fails("log: --out log.csv is the same file as the log log.csv (tribo-sim --help shows what there is)",
+    sim.fails("log: --out log.csv is the same file as the log log.csv (tribo-sim --help lists the commands)",
               "log", "log.csv", "--out", "log.csv", status=2)
     assert (sim.folder / "log.csv").read_text(encoding="ascii") == GOOD
 

@@ -260,7 +260,7 @@ def test_a_name_that_is_none_in_c(sim, name):
 
 def test_a_scenario_that_gives_no_name(sim):
     scenario = sim.write("my-rig.yaml", SHORT)
-    sim.fails(f"params: {scenario} is no name in C: one is expected with --name" + HINT, "params", scenario, status=2)
+    sim.fails(f"params: {scenario} is not a name in C: give one with --name" + HINT, "params", scenario, status=2)
     assert "my_rig_params" in sim.ok("params", scenario, "--name", "my_rig")
 
 

@@ -9,7 +9,7 @@ def without_python(sim):
 
 
 MISSING = ("tribo-plot: needs Python 3.9 or later (/none): `tools/setup plot` or `apt install python3 python3-matplotlib` installs it\n"
-           "tribo-sim: no picture, but nothing is lost: tribo-sim plot {} --out a.png draws it\n")
+           "tribo-sim: there is no picture, but nothing is lost: tribo-sim plot {} --out a.png draws it\n")
 
 
 def test_without_python_the_run_is_there_and_the_message_says_what_to_install(sim):

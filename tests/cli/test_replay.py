@@ -94,11 +94,11 @@ def test_a_breakaway_table_is_used(sim):
 
 def test_a_set_that_replay_does_not_read(sim):
     sim.write("log.csv", GOOD)
-    hint = " (tribo-sim --help shows what there is)"
-    sim.fails(f"replay: --set plant.model=lugre: it reads the keys of compensator alone{hint}", "replay", "log.csv", "--set",
+    hint = " (tribo-sim --help lists the commands)"
+    sim.fails(f"replay: --set plant.model=lugre: replay reads only keys of compensator{hint}", "replay", "log.csv", "--set",
               "plant.model=lugre", status=2)
     for other in ("compensator.method=feedforward", "compensator.gain=0.5", "compensator.guard.on=yes", "compensator.feedforward.lead=2"):
-        sim.fails(f"replay: --set {other}: it judges the model of friction, and this is none of it{hint}", "replay", "log.csv", "--set",
+        sim.fails(f"replay: --set {other}: replay judges the friction model, and this key is not part of it{hint}", "replay", "log.csv", "--set",
                   other, status=2)
     sim.fails(f"--set compensator.gain: key=value is expected{hint}", "replay", "log.csv", "--set", "compensator.gain", status=2)
     sim.fails("--set compensator.model=lugre: unknown key compensator.model, did you mean plant.model?", "replay", "log.csv", "--set", "compensator.model=lugre")
@@ -313,7 +313,7 @@ def test_a_result_over_what_it_is_made_from_is_refused(sim, name, what, linked):
         out = "link"
         (sim.folder / out).symlink_to(name)
     before = {path.name: path.read_bytes() for path in sim.folder.iterdir()}
-    sim.fails(f"replay: --out {out} is the same file as {what} (tribo-sim --help shows what there is)",
+    sim.fails(f"replay: --out {out} is the same file as {what} (tribo-sim --help lists the commands)",
               "replay", "log.csv", "--params", "p.yaml", "--out", out, status=2)
     assert {path.name: path.read_bytes() for path in sim.folder.iterdir()} == before
 

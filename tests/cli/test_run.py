@@ -152,7 +152,7 @@ def test_a_prior_that_is_far_off_ends_at_a_bound_and_says_so(sim):
     far = ["--set", "compensator.friction.breakaway.offset_N=0.001", "--set", "compensator.friction.breakaway.slope=0.06"]
     learned = sim.summary(*FED, *far, "--set", "duration_s=30")["learned"]["positive"]
     assert (learned["at_bound"], learned["stays_at_bound"]) == (True, False)  # three reversals
-    assert "not to be trusted" in sim.ok("run", *FED, *far, "--set", "duration_s=30")
+    assert "do not trust it" in sim.ok("run", *FED, *far, "--set", "duration_s=30")
     assert sim.summary(*FED, *far, "--set", "duration_s=80")["learned"]["positive"]["stays_at_bound"]
 
 
@@ -161,7 +161,7 @@ def test_friction_that_does_harm_is_in_the_summary(sim):
     harmful = ["triangle", "--set", "reference.period_s=0.2", "--set", "reference.low_N=0.48", "--set", "reference.high_N=0.52", "--set",
                "plant.friction.breakaway.slope=0.01", "--set", "plant.friction.breakaway.offset_N=0.002", "--set",
                "compensator.guard.on=no", "--set", "compensator.feedforward.trust=1", "--set", "duration_s=21"]
-    text = "friction was fed back     fed forward it cost the controller more effort than it saved\n"
+    text = "friction was fed back     when fed forward it cost the controller more effort than it saved\n"
     for run, harms in (harmful, True), (["triangle"], False):
         learned = sim.summary(*run)["learned"]
         assert (learned["harms"], learned["forgotten"]) == (harms, 0)
@@ -919,7 +919,7 @@ def test_a_cascade_without_headroom_is_told_as_its_sections(sim):
 def test_arith_wants_a_word_it_knows(sim):
     result = sim("run", "triangle", "--arith", "q15")
     assert result.returncode == 2
-    assert result.stderr.startswith("tribo-sim: --arith q15: there are f32, q31, both")
+    assert result.stderr.startswith("tribo-sim: --arith q15: must be one of f32, q31, both")
 
 
 OPEN_LOOP = ("duration_s: 4\nreference: {kind: sawtooth, low_N: 0, high_N: 0.4, period_s: 4}\n"

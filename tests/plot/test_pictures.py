@@ -35,7 +35,7 @@ def test_run_draws_with_and_without_a_folder_and_leaves_nothing_else(tmp_path):
     (tmp_path / "tmp").mkdir()
     environment = {**os.environ, "TMPDIR": str(tmp_path / "tmp")}
     done(sim("run", "triangle", *SHORT, "--plot", "a.png", cwd=tmp_path, env=environment))
-    assert "--all goes with --plot" in sim("run", "triangle", *SHORT, "--all", cwd=tmp_path, env=environment).stderr
+    assert "--all needs --plot" in sim("run", "triangle", *SHORT, "--all", cwd=tmp_path, env=environment).stderr
     done(sim("run", "triangle", *SHORT, "--out", "o", "--plot", "b.svg", cwd=tmp_path, env=environment))
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert not list((tmp_path / "tmp").iterdir())

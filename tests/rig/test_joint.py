@@ -137,4 +137,4 @@ def test_the_advice_for_q31_leads_on(made, tmp_path):
 def test_a_folder_of_a_force_axis_is_not_taken_for_a_joints(tmp_path):
     (tmp_path / "rig.yaml").write_text("")
     said = rig(tmp_path, "--joint")
-    assert said.returncode == 2 and "of a force axis" in said.stderr
+    assert said.returncode == 2 and "belongs to a force axis" in said.stderr

@@ -198,9 +198,9 @@ def test_a_loop_is_judged_by_the_lags_of_other_models_too():
     good, bad = ([accept.Played(1.0, 1.0), accept.Played(on, 1.0)] for on in (0.2, 0.95))
     runs = {case: [accept.Played(rms, 1.0)] * 3 for case, rms in (("off", 1.0), ("on", 0.1), ("less", 0.2), ("more", 0.2))}
     assert loop.against(runs, [good, good], 0.0) == [] and loop.against(runs, [good, good, good], 0.3) == []
-    assert loop.against(runs, [good, good, bad], 0.0) == ["with the lags that another model has almost as well the error is 0.95 times that without compensation"]
+    assert loop.against(runs, [good, good, bad], 0.0) == ["with the lags of another model that fits almost as well the error is 0.95 times that without compensation"]
     assert "lags 0.8 to 1.25 times" in loop.against(runs, [bad, good, good], 0.0)[0]
-    assert "with what the law leaves the error is 0.95 times" in loop.against(runs, [good, good], 3.0)[0]
+    assert "with the residual of the law the error is 0.95 times" in loop.against(runs, [good, good], 3.0)[0]
 
 
 RIG = "sample_time_s: 1.0e-3\nforce: {low_N: 0, high_N: 10}\n"
@@ -211,7 +211,7 @@ WRONG = {
     "missing": ("sample_time_s: 1.0e-3\n", "rig.yaml:1: force: is missing"),
     "tick": (RIG.replace("1.0e-3", "1.0"), "rig.yaml:1: sample_time_s: value 1.0: must be at most 0.1"),
     "range": (RIG.replace("10}", "-1}"), "rig.yaml:2: force: value {'low_N': 0, 'high_N': -1}: high_N: value -1: must be above low_N"),
-    "no rest": (RIG.replace("low_N: 0", "low_N: 5"), "low_N: value 5: must be 0 or less: an experiment begins and ends without a command, at 0 N: say low_N: 0, and task: {low_N: 5, high_N: 10}"),
+    "no rest": (RIG.replace("low_N: 0", "low_N: 5"), "low_N: value 5: must be 0 or less: an experiment begins and ends without a command, at 0 N: set low_N: 0, and task: {low_N: 5, high_N: 10}"),
     "task": (RIG + "task: {low_N: 2, high_N: 12}\n", "rig.yaml:3: task: value {'low_N': 2, 'high_N': 12}: must be within the safe forces, 0 to 10 N"),
     "command": (RIG + "command_per_N: 0\n", "rig.yaml:3: command_per_N: value 0: must not be 0"),
     "arithmetic": (RIG + "arithmetic: q15\n", "rig.yaml:3: arithmetic: value 'q15': must be one of 'f32' or 'q31'"),

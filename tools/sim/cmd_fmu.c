@@ -23,8 +23,8 @@ enum
 
 // clang-format off: one row an option
 static const struct argp_option known[] = {
-    {.name = "part", .key = OPTION_PART, .arg = "loop|compensator|plant", .doc = "what of the scenario"},
-    {.name = "out", .key = OPTION_OUT, .arg = "FILE.fmu", .doc = "what to write"},
+    {.name = "part", .key = OPTION_PART, .arg = "loop|compensator|plant", .doc = "the part of the scenario"},
+    {.name = "out", .key = OPTION_OUT, .arg = "FILE.fmu", .doc = "the file to write"},
     {.name = "fmi", .key = OPTION_FMI, .arg = "2|3", .doc = "the version of FMI; 2 if left out"},
     {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31", .doc = "the loop's arithmetic; f32 if left out"},
     {.name = NULL}};

@@ -1,4 +1,4 @@
-// Reads raw logs and writes one clean log: replay's reader, for programs not written in C.
+// Reads raw logs and writes one clean log: it makes replay's reader available to programs not written in C.
 
 #include "sim/commands.h"
 #include "sim/log_options.h"
@@ -20,7 +20,7 @@ enum
 
 // clang-format off: one row an option
 static const struct argp_option known[] = {
-    {.name = "out", .key = OPTION_OUT, .arg = "OUT.csv", .doc = "where the result goes; standard output if left out"},
+    {.name = "out", .key = OPTION_OUT, .arg = "OUT.csv", .doc = "the file to write; standard output if left out"},
     SIM_LOG_OPTIONS,
     {.name = NULL}};
 // clang-format on
@@ -112,7 +112,7 @@ const sim_command_t sim_command_log = {
     .argument = "LOG.csv...",
     .noun     = "log",
     .is_many  = true,
-    .text     = "Reads recorded logs as they come and writes one clean log: t_s, u_N, F_N and what else there is.",
+    .text     = "Reads recorded logs of many formats and writes one clean log: t_s, u_N, F_N and the other columns.",
     .options  = known,
     .run      = run,
     .take     = take};

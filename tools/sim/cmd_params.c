@@ -21,7 +21,7 @@ typedef struct
     char                  name[NAME_MAX_LENGTH + 1]; ///< empty: the scenario's
 } options_t;
 
-/// Accepts a C identifier that is not reserved, nor a keyword once a suffix is appended.
+/// Accepts a C identifier that is not reserved and does not become a keyword with a suffix.
 static bool take_name(options_t *options, const char *name, size_t length)
 {
     static const char allowed[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
@@ -61,9 +61,9 @@ enum
 static const struct argp_option known[] = {
     {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31", .doc = "the loop's arithmetic; the scenario's if left out, f32 in most"},
     {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "changes any key of the scenario"},
-    {.name = "learned", .key = OPTION_LEARNED, .arg = "FILE.yaml", .doc = "what a run has learned (its DIR/learned.yaml), as the breakaway to begin with"},
-    {.name = "name", .key = OPTION_NAME, .arg = "NAME", .doc = "NAME_params is declared; the scenario's name if left out"},
-    {.name = "out", .key = OPTION_OUT, .arg = "FILE.h", .doc = "where it goes; standard output if left out"},
+    {.name = "learned", .key = OPTION_LEARNED, .arg = "FILE.yaml", .doc = "starts with the breakaway that a run has learned (its DIR/learned.yaml)"},
+    {.name = "name", .key = OPTION_NAME, .arg = "NAME", .doc = "declares NAME_params; the scenario's name if left out"},
+    {.name = "out", .key = OPTION_OUT, .arg = "FILE.h", .doc = "the file to write; standard output if left out"},
     {.name = NULL}};
 // clang-format on
 
@@ -139,7 +139,7 @@ static int open_and_make(options_t *options)
 {
     if (options->name[0] == '\0' && !take_name_of_scenario(options))
     {
-        return sim_usage("params: %s is no name in C: one is expected with --name", options->choice.name);
+        return sim_usage("params: %s is not a name in C: give one with --name", options->choice.name);
     }
     const int status = check_out(options);
     if (status != 0)

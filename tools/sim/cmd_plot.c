@@ -1,4 +1,4 @@
-// Draws what the other commands and a drive write.
+// Draws the files of the other commands and of a drive.
 
 #include "sim/commands.h"
 #include "sim/tool.h"
@@ -8,7 +8,7 @@
 
 typedef struct
 {
-    const char **words; ///< of tribo-plot: the first is its name, the one after the last null
+    const char **words; ///< arguments of tribo-plot: the first is its name, a null follows the last
     size_t       count;
     bool         has_out;
 } options_t;
@@ -24,11 +24,11 @@ enum
 
 // clang-format off: one row an option
 static const struct argp_option known[] = {
-    {.name = "out", .key = OPTION_OUT, .arg = "FILE.png|svg|html|mcap", .doc = "what to write; an HTML page zooms and needs no network"},
+    {.name = "out", .key = OPTION_OUT, .arg = "FILE.png|svg|html|mcap", .doc = "the file to write; an HTML page zooms and needs no network"},
     {.name = "from", .key = OPTION_FROM, .arg = "S", .doc = "draws from this time on"},
     {.name = "to", .key = OPTION_TO, .arg = "S", .doc = "draws until this time"},
-    {.name = "name", .key = OPTION_NAME, .arg = "TEXT", .doc = "what to call a run in the picture; the first is the first run's"},
-    {.name = "all", .key = OPTION_ALL, .doc = "what was learned, relays, position and friction over net force, too; without it a loop's force, error and command"},
+    {.name = "name", .key = OPTION_NAME, .arg = "TEXT", .doc = "names a run in the picture; may be repeated, in the order of the runs"},
+    {.name = "all", .key = OPTION_ALL, .doc = "also draws learned values, relays, position and friction over net force; without it force, error and command"},
     {.name = NULL}};
 // clang-format on
 
@@ -50,7 +50,7 @@ static int take(void *context, int key, const char *value)
 
 static int run(int count, char **arguments)
 {
-    // At most two words of each.
+    // At most two words for each argument.
     options_t options = {.words = (const char **)calloc(2u * (size_t)count + 1u, sizeof(char *))};
     if (options.words == NULL)
     {

@@ -1,4 +1,4 @@
-// Runs a recorded log through the compensator: its estimate on the user's own rig.
+// Runs a recorded log through the compensator, to show its estimate on the user's own rig.
 
 #include "log/verdict.h"
 #include "loop/loop_config.h"
@@ -97,11 +97,11 @@ enum
 static const struct argp_option known[] = {
     {.name = "params", .key = OPTION_PARAMS, .arg = "FILE.yaml", .doc = "keys of a scenario's `compensator`; the paper's values if left out"},
     {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "sets one of these keys, e.g. compensator.friction.k_min=8; may be repeated"},
-    {.name = "force", .key = OPTION_FORCE, .arg = "own|measured", .doc = "F is the compensator's own arm model's (if left out), or the log's F_N"},
-    {.name = "out", .key = OPTION_OUT, .arg = "OUT.csv", .doc = "where the result goes; standard output if left out"},
-    {.name = "plot", .key = OPTION_PLOT, .arg = "FILE.png|svg|html", .doc = "draws the result (`plot` says what; needs Python and matplotlib)"},
-    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both: Q31's columns after f32's, and how they differ"},
-    {.name = "full-scale", .key = OPTION_FULL_SCALE, .arg = "N", .doc = "what 2^31 stands for in Q31; 2 N if left out"},
+    {.name = "force", .key = OPTION_FORCE, .arg = "own|measured", .doc = "takes F from the compensator's own arm model (if left out), or from the log"},
+    {.name = "out", .key = OPTION_OUT, .arg = "OUT.csv", .doc = "the file to write; standard output if left out"},
+    {.name = "plot", .key = OPTION_PLOT, .arg = "FILE.png|svg|html", .doc = "draws the result (see `plot`; needs Python and matplotlib)"},
+    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "f32 if left out; both writes Q31's columns after f32's, and their largest differences"},
+    {.name = "full-scale", .key = OPTION_FULL_SCALE, .arg = "N", .doc = "the force of 2^31 in Q31; 2 N if left out"},
     SIM_LOG_OPTIONS,
     {.name = NULL}};
 // clang-format on
@@ -120,13 +120,14 @@ static int take_set(options_t *options, const char *assignment)
                                           "compensator.sensor"};
     if (!starts_with(assignment, "compensator."))
     {
-        return sim_usage("replay: --set %s: it reads the keys of compensator alone", assignment);
+        return sim_usage("replay: --set %s: replay reads only keys of compensator", assignment);
     }
     for (size_t i = 0; i < sizeof without / sizeof without[0]; i++)
     {
         if (starts_with(assignment, without[i]))
         {
-            return sim_usage("replay: --set %s: it judges the model of friction, and this is none of it", assignment);
+            return sim_usage("replay: --set %s: replay judges the friction model, and this key is not part of it",
+                             assignment);
         }
     }
     return sim_scenario_take_set(&options->choice, assignment);
@@ -230,7 +231,7 @@ static tribo_compensator_f32_signals_t step_q31(replay_t *replay, double u_n, do
 static void keep(replay_t *replay, size_t row, const tribo_compensator_f32_signals_t *signals, double measured_n)
 {
     const tribo_friction_f32_signals_t *friction = &signals->friction;
-    // With F from the arm's model n is the model's; the verdict needs the log's.
+    // If F comes from the arm's model, n is the model's; the verdict needs the log's n.
     const float n           = friction->n_n + (signals->force_n - (float)measured_n);
     replay->replayed.n[row] = n;
     replay->replayed.L[row] = friction->L_n;
@@ -415,7 +416,7 @@ static bool write_results(replay_t *replay, const char *out, const sim_log_t *lo
     return common_output_flush(error);
 }
 
-/// The results and their picture. Where there is only a picture the table is of no more use than to draw it.
+/// Writes the results and their picture. With a picture alone the table is only kept until it is drawn.
 static bool draw_results(replay_t *replay, const sim_log_t *log, common_error_t *error)
 {
     const options_t *options = replay->options;
@@ -472,7 +473,7 @@ static bool make_params(replay_t *replay, common_scenario_t *scenario, common_er
             return false;
         }
     }
-    // The only one with a model of friction that a log can be held against.
+    // The only method with a friction model that a log can test.
     if (!common_scenario_set(scenario, "compensator.method=paper", error) || !common_check_compensator(scenario, error))
     {
         return false;

@@ -52,19 +52,19 @@ enum
 // clang-format off: one row an option
 static const struct argp_option known[] = {
     {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "changes any key, e.g. compensator.gain=0"},
-    {.name = "learned", .key = OPTION_LEARNED, .arg = "FILE.yaml", .doc = "what an earlier run has learned (its DIR/learned.yaml), as the breakaway to begin with"},
+    {.name = "learned", .key = OPTION_LEARNED, .arg = "FILE.yaml", .doc = "starts with the breakaway that an earlier run has learned (its DIR/learned.yaml)"},
     {.name = "out", .key = OPTION_OUT, .arg = "DIR", .doc = "writes DIR/trace.csv (one row a tick), DIR/summary.json, DIR/scenario.yaml, which plays the same run again, and, where breakaway is learned, DIR/learned.yaml"},
-    {.name = "plot", .key = OPTION_PLOT, .arg = "FILE.png|svg|html", .doc = "draws the run (`plot` says what; needs Python and matplotlib)"},
-    {.name = "all", .key = OPTION_ALL, .doc = "draws what was learned, relays and friction over net force, too"},
-    {.name = "decimate", .key = OPTION_DECIMATE, .arg = "N", .doc = "of N rows of a trace only the first"},
-    {.name = "columns", .key = OPTION_COLUMNS, .arg = "NAME,...", .doc = "of a trace only these columns, and t_s"},
+    {.name = "plot", .key = OPTION_PLOT, .arg = "FILE.png|svg|html", .doc = "draws the run (see `plot`; needs Python and matplotlib)"},
+    {.name = "all", .key = OPTION_ALL, .doc = "also draws learned values, relays and friction over net force"},
+    {.name = "decimate", .key = OPTION_DECIMATE, .arg = "N", .doc = "writes only the first of every N rows of a trace"},
+    {.name = "columns", .key = OPTION_COLUMNS, .arg = "NAME,...", .doc = "writes only these columns of a trace, and t_s"},
     {.name = "json", .key = OPTION_JSON, .doc = "prints the summary as JSON instead of a table"},
-    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "the scenario's if left out, f32 in most; both: two loops on two plants and how they differ"},
+    {.name = "arith", .key = OPTION_ARITH, .arg = "f32|q31|both", .doc = "the scenario's if left out, f32 in most; both runs two loops on two plants and compares them"},
     {.name = "target", .key = OPTION_TARGET, .arg = "NAME", .doc = "runs the drive's firmware on an emulated microcontroller, or on a board at a serial line, against the plant here, and compares it with the host, bit by bit"},
     {.name = NULL}};
 // clang-format on
 
-/// What --arith sets, so that the scenario in DIR has it.
+/// The setting of --arith, which also goes into the scenario in DIR.
 static const char *const arithmetic[] = {"arithmetic=f32", "arithmetic=q31", "arithmetic=both"};
 
 static int take(void *context, int key, const char *value)
@@ -101,7 +101,7 @@ static int take(void *context, int key, const char *value)
         return 0;
     case OPTION_TARGET:
         options->run.target = value;
-        return sim_target_exists(value) ? 0 : sim_usage("--target %s: there are %s", value, sim_target_names());
+        return sim_target_exists(value) ? 0 : sim_usage("--target %s: must be one of %s", value, sim_target_names());
     default:
         word = sim_option_word(&sim_command_run, key, value);
         return word >= 0 ? sim_scenario_take_set(&options->choice, arithmetic[word]) : SIM_EXIT_USAGE;
@@ -116,7 +116,7 @@ enum
     TRACE_Q31,
     LEARNED,
     SCENARIO,
-    SUMMARY, ///< last: it vouches for the others
+    SUMMARY, ///< last: its presence shows that the others are complete
     FILES
 };
 
@@ -124,7 +124,7 @@ typedef struct
 {
     sim_progress_t            progress;
     const sim_trace_choice_t *trace;
-    uint64_t                  rows; ///< so far
+    uint64_t                  rows; ///< written so far
     common_output_file_t      file[FILES];
 } recorder_t;
 
@@ -246,10 +246,10 @@ static void print_activity(const char *where, const sim_activity_t *activity)
                  activity->q_switches);
 }
 
-#define APART 0.2 // of L: what was learned of both directions may differ by that and is not remarked
+#define APART 0.2 // fraction of L: a smaller difference of the learned directions is not reported
 #define KNOWN 0.1 // relative variance below which a direction is learned
 
-/// At forces of one sign nothing in u and F tells friction that differs by direction from a wrong scale or bias of u.
+/// At forces of one sign u and F cannot separate friction that differs by direction from a wrong scale or bias of u.
 static void print_apart(const sim_result_t *result)
 {
     const double *const breakaway = result->learned.breakaway_n;
@@ -274,8 +274,8 @@ static void print_learned(const sim_result_t *result, uint64_t ticks)
                      result->learned.breakaway_n[d],
                      result->learned.relative_variance[d],
                      result->learned.travel_n[d],
-                     result->learned.stays_at_bound[d] ? ", stays at a bound: not to be trusted"
-                     : result->learned.at_bound[d]     ? ", at a bound: not to be trusted"
+                     result->learned.stays_at_bound[d] ? ", stays at a bound: do not trust it"
+                     : result->learned.at_bound[d]     ? ", at a bound: do not trust it"
                                                        : "");
     }
     if (result->learns)
@@ -291,7 +291,7 @@ static void print_learned(const sim_result_t *result, uint64_t ticks)
     {
         (void)printf("%-26s%s\n",
                      "friction was fed back",
-                     "fed forward it cost the controller more effort than it saved");
+                     "when fed forward it cost the controller more effort than it saved");
     }
     if (result->learned.forgotten > 0u)
     {
@@ -301,7 +301,7 @@ static void print_learned(const sim_result_t *result, uint64_t ticks)
     }
 }
 
-/// Only of a run with a target.
+/// Prints the results of a run with a target.
 static void print_target(const sim_summary_t *summary)
 {
     (void)printf("%-26s%s, %s: %s, %.0f ticks a second in lock-step\n",
@@ -320,7 +320,7 @@ static void print_target(const sim_summary_t *summary)
     }
 }
 
-/// Only of a run in both arithmetics.
+/// Prints the differences of a run in both arithmetics.
 static void print_difference(const sim_summary_t *summary)
 {
     (void)printf("%-26s%.6f N\n", "RMS error in Q31", summary->result_q31.rms_error_n);
@@ -333,7 +333,7 @@ static void print_difference(const sim_summary_t *summary)
                  summary->difference.rms_force_n);
 }
 
-/// The files of --out.
+/// Prints the files of --out.
 static void print_written(const sim_summary_t *summary, const char *folder)
 {
     (void)printf("%-26s%s/trace.csv, ", "written", folder);
@@ -396,7 +396,7 @@ static bool is_identical(const sim_summary_t *summary, common_error_t *error)
 
 // --- the picture ---------------------------------------------------------------------------------------------------
 
-/// Of a run that there is a picture of, or that has failed.
+/// Removes the temporary folder of a run that has a picture or has failed.
 static void remove_folder(const options_t *options)
 {
     for (int i = 0; options->temporary != NULL && i < FILES; i++)
@@ -465,11 +465,11 @@ static int run(int count, char **arguments)
         options.run.both            = scenario != NULL && sim_scenario_config(scenario)->arithmetic == SIM_BOTH;
         if (options.whole_plot && options.plot == NULL)
         {
-            status = sim_usage("--all goes with --plot");
+            status = sim_usage("--all needs --plot");
         }
         else if (options.run.both && options.run.target != NULL)
         {
-            status = sim_usage("--arith both does not go with --target");
+            status = sim_usage("--target takes --arith f32 or q31, not both");
         }
         else if (scenario == NULL || !simulate_and_report(scenario, &options, &error))
         {

@@ -1,4 +1,4 @@
-/// learned.yaml: the breakaway learned in a run, as keys of `compensator`, the start of another run or of a drive.
+/// learned.yaml: the breakaway learned in a run, as keys of `compensator`, with which another run or a drive can start.
 
 #ifndef SIM_LEARNED_H
 #define SIM_LEARNED_H

@@ -1,4 +1,4 @@
-/// The options of commands that read logs, equal for all.
+/// The options that all commands that read logs share.
 
 #ifndef SIM_CLI_LOG_OPTIONS_H
 #define SIM_CLI_LOG_OPTIONS_H
@@ -18,11 +18,11 @@ enum
 
 // clang-format off: one row an option
 #define SIM_LOG_OPTIONS \
-    {.name = "column", .key = SIM_LOG_OPTION_COLUMN, .arg = "ROLE=NAME", .doc = "where t, u, F, x (position), v (speed) or r (reference) is, e.g. u=torque_cmd, or u=#2 for the second column"}, \
+    {.name = "column", .key = SIM_LOG_OPTION_COLUMN, .arg = "ROLE=NAME", .doc = "the column of t, u, F, x (position), v (speed) or r (reference), e.g. u=torque_cmd, or u=#2 for the second column"}, \
     {.name = "unit", .key = SIM_LOG_OPTION_UNIT, .arg = "ROLE=UNIT", .doc = "e.g. t=ms, F=mN; u='N m', A or V with a scale"}, \
-    {.name = "scale", .key = SIM_LOG_OPTION_SCALE, .arg = "ROLE=X", .doc = "multiplies it; `-` changes its sign; in N a N m for a torque (1/lever)"}, \
+    {.name = "scale", .key = SIM_LOG_OPTION_SCALE, .arg = "ROLE=X", .doc = "multiplies the column; `-` changes its sign; for a torque in N per N m (1/lever)"}, \
     {.name = "bias", .key = SIM_LOG_OPTION_BIAS, .arg = "ROLE=X", .doc = "adds this, in s, N or deg, after the scale"}, \
-    {.name = "resample", .key = SIM_LOG_OPTION_RESAMPLE, .arg = "S", .flags = OPTION_ARG_OPTIONAL, .doc = "mends stamps that jitter and small gaps, linear between rows; to this interval, or else the median one"}, \
+    {.name = "resample", .key = SIM_LOG_OPTION_RESAMPLE, .arg = "S", .flags = OPTION_ARG_OPTIONAL, .doc = "resamples jittering stamps and small gaps, linear between rows, to this interval or by default the median one"}, \
     {.name = "gap", .key = SIM_LOG_OPTION_GAP, .arg = "S", .doc = "with --resample: a longer gap splits the log; ten intervals if left out"}
 // clang-format on
 

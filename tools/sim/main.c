@@ -29,7 +29,7 @@ int sim_usage(const char *format, ...)
     va_start(args, format);
     common_error_set_list(&error, format, args);
     va_end(args);
-    (void)fprintf(stderr, "tribo-sim: %s (tribo-sim --help shows what there is)\n", error.text);
+    (void)fprintf(stderr, "tribo-sim: %s (tribo-sim --help lists the commands)\n", error.text);
     return SIM_EXIT_USAGE;
 }
 
@@ -57,7 +57,7 @@ static const sim_command_t *find_command(const char *name)
     return NULL;
 }
 
-/// Of one command, or with null of all.
+/// Prints the help of one command, or of all if it is null.
 static int show_help(const sim_command_t *command)
 {
     if (command != NULL)
@@ -79,8 +79,8 @@ static int show_help(const sim_command_t *command)
         (void)printf("Targets: %s.\n", sim_target_names());
     }
     (void)puts("The folder of scenarios came with tribo-sim; TRIBO_SCENARIOS names another. The\n"
-               "images for --target are in the one named by TRIBO_FIRMWARE, or else where the presets build them.\n"
-               "Exit status: 0 done, 1 something is wrong with a file, a value or the run, 2 with the command line.");
+               "images for --target are in the folder TRIBO_FIRMWARE, or where the presets build them.\n"
+               "Exit status: 0 done, 1 an error in a file, a value or the run, 2 an error in the command line.");
     return flushed();
 }
 

@@ -31,7 +31,7 @@ static bool is_option(const sim_command_t *command, const char *word)
 
 static int complain_about(const sim_command_t *command, const char *word)
 {
-    return is_option(command, word) ? sim_usage("%s: %s wants a value", command->name, word)
+    return is_option(command, word) ? sim_usage("%s: %s needs a value", command->name, word)
                                     : sim_usage("%s: unknown option %s", command->name, word);
 }
 
@@ -73,7 +73,7 @@ int sim_options_parse(const sim_command_t *command, int count, char **arguments,
     }
     if (command->is_many)
     {
-        return parse.arguments > 0 ? 0 : sim_usage("%s: one %s at least is expected", command->name, command->noun);
+        return parse.arguments > 0 ? 0 : sim_usage("%s: at least one %s is expected", command->name, command->noun);
     }
     if (command->argument == NULL)
     {
@@ -105,7 +105,7 @@ int sim_option_word(const sim_command_t *command, int key, const char *value)
             (size_t)snprintf(listed + length, sizeof listed - length, "%s%.*s", index > 0 ? ", " : "", (int)size, word);
         word += size + (word[size] == '|' ? 1u : 0u);
     }
-    (void)sim_usage("--%s %s: there are %s", option->name, value, listed);
+    (void)sim_usage("--%s %s: must be one of %s", option->name, value, listed);
     return -1;
 }
 

@@ -1,4 +1,4 @@
-/// The command line of a command: argp parses it and writes the help, both from one table, with messages of our own.
+/// The command line of a command: argp parses it and writes the help, both from one table; the messages are our own.
 
 #ifndef SIM_OPTIONS_H
 #define SIM_OPTIONS_H

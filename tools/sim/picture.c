@@ -38,5 +38,8 @@ bool sim_picture_of(const char *path, const char *name, const char *out, bool is
     }
     words[count] = is_whole ? "--all" : NULL;
     return sim_tool_run(words) == SIM_EXIT_OK ||
-           common_error_set(error, "no picture, but nothing is lost: tribo-sim plot %s --out %s draws it", path, out);
+           common_error_set(error,
+                            "there is no picture, but nothing is lost: tribo-sim plot %s --out %s draws it",
+                            path,
+                            out);
 }

@@ -5,7 +5,7 @@
 
 #include "scenario/config.h"
 
-/// The path of `name`, as common_data_named. To be freed; null if there is no memory.
+/// The path of `name`, as common_data_named finds it. The caller frees it; null if there is no memory.
 char *sim_scenario_path(const char *name);
 
 typedef struct

@@ -12,7 +12,7 @@
 
 extern char **environ;
 
-/// Like system(): a Ctrl-C ends the program, and this one says what is left.
+/// Waits as system() does: Ctrl-C ends the program, and tribo-sim then reports what is left.
 static int wait_for(pid_t process)
 {
     int status          = 0;

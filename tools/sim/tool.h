@@ -1,10 +1,10 @@
-/// The programs in Python among the tools that tribo-sim came with.
+/// The Python programs that are installed with tribo-sim.
 
 #ifndef SIM_TOOL_H
 #define SIM_TOOL_H
 
-/// Runs one with `arguments`, the first being its name and the one after the last null, and waits for its end. Returns 0, or the
-/// exit status; then it has said on stderr what is wrong.
+/// Runs one with `arguments`, of which the first is its name and the last is null, and waits for its end. Returns 0, or the exit
+/// status after it has reported the error on stderr.
 int sim_tool_run(const char *const *arguments);
 
 #endif

@@ -24,7 +24,7 @@ bool sim_trace_choose(sim_trace_choice_t *choice, const char *list, common_error
         const unsigned column = find(list, length);
         if (column == SIM_COLUMNS_MAX)
         {
-            return common_error_set(error, "there is no column '%.*s' in a trace", (int)length, list);
+            return common_error_set(error, "a trace has no column '%.*s'", (int)length, list);
         }
         choice->has[column] = true;
         list += length + (list[length] == ',' ? 1u : 0u);

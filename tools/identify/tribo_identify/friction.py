@@ -510,7 +510,7 @@ def _stiction(log, line, level, load, shown):
         if shown and level > 0:
             raise Refusal("model", f"model: {shown[0]}")
         _hidden(log, line, level, (high - low) / 2)
-        raise Refusal("no stiction", f"no stiction found: F follows u both ways with a lag of {1e3 * line.lag_s:.2g} ms, and friction is {level:.2g} +- {(high - low) / 2:.2g} N. There is nothing that compensation could take out")
+        raise Refusal("no stiction", f"no stiction found: F follows u both ways with a lag of {1e3 * line.lag_s:.2g} ms, and friction is {level:.2g} +- {(high - low) / 2:.2g} N. There is nothing to compensate")
 
 
 def _hidden(log, line, level, half):
@@ -893,7 +893,7 @@ def _judge(fit, result, level):
     if result.assume != "calibrated":
         result.remarks.append("L+ = L- is assumed, which tells scale and bias of u; without it only L+ + L- is known (--assume calibrated: u is right, L+ and L- may differ)")
     else:
-        result.remarks.append("u is taken as right, so that L+ and L- are told apart; a bias of u would show as their difference")
+        result.remarks.append("u is taken as right, so that L+ and L- are told apart; a bias of u would look like their difference")
 
 
 def line_of(result):

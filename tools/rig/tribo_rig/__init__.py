@@ -1,1 +1,1 @@
-"""From a rig to a tuned force loop, step by step in a folder: plays nothing itself, only writes what to play."""
+"""From a rig to a tuned force loop, step by step in a folder. It plays nothing itself; it writes the files to play."""

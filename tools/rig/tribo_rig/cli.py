@@ -1,17 +1,17 @@
-"""tribo-rig: the whole way from a rig to its loop. Looks at what the folder has, goes on from there, and says what to play next.
+"""tribo-rig: from a rig to its loop. It continues from what the folder contains, and says what to play next.
 
-    FOLDER/rig.yaml            what is known of the rig; written to be filled in, if it is not there
-    FOLDER/1-ramp.csv          to play; its log goes to 1-ramp-log.csv
-    FOLDER/2-slides.csv        to play; its log goes to 2-slides-log.csv
+    FOLDER/rig.yaml            data of the rig; if missing, it is written for you to fill in
+    FOLDER/1-ramp.csv          to play; save its log as 1-ramp-log.csv
+    FOLDER/2-slides.csv        to play; save its log as 2-slides-log.csv
     FOLDER/result/             the loop: header for the drive, loop.yaml, registers.txt, report.html
 
-The files are the whole state: remove a log, and that step is done again.
+The files are the whole state: remove a log to repeat its step.
 
-A joint without a force sensor has a folder of its own, made by --joint:
+A joint without a force sensor has its own folder, made by --joint:
 
-    FOLDER/joint.yaml          what is known of the joint; written to be filled in, if it is not there
+    FOLDER/joint.yaml          data of the joint; if missing, it is written for you to fill in
     FOLDER/*-log.csv           effort and position, a sine and steps under your own loop
-    FOLDER/result/             friction with intervals, and the code that takes it out
+    FOLDER/result/             friction with intervals, and the code that compensates it
 """
 
 import argparse
@@ -31,7 +31,7 @@ def main(argv=None):
 
 def _run(argv):
     parser = argparse.ArgumentParser(prog="tribo-rig", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", metavar="FOLDER", help="where rig.yaml is, or where it shall be")
+    parser.add_argument("folder", metavar="FOLDER", help="the folder of rig.yaml; it is written there if missing")
     parser.add_argument("--joint", action="store_true", help="a joint with current and encoder, without a force sensor")
     add_option(parser, "tribo-rig")
     options = parser.parse_args(argv)
@@ -43,7 +43,7 @@ def _run(argv):
 
     path = folder / "rig.yaml"
     if options.joint and is_there(path):
-        raise InputError(f"{path}: this folder is of a force axis; a joint needs one of its own")
+        raise InputError(f"{path}: this folder belongs to a force axis; a joint needs its own folder")
     if options.joint or is_there(folder / "joint.yaml") and not is_there(path):
         if not is_there(folder / "joint.yaml"):
             return _begin(folder / "joint.yaml", joints.TEMPLATE, "its sample time and the limit of its effort")
@@ -73,13 +73,13 @@ def _go_on(folder, rig):
     from . import experiments
 
     ramp = experiments.ramp(rig)
-    log = _log(folder, ramp, rig, "Slowly up and down, to half of the safe forces: keep a hand on the emergency stop.")
+    log = _log(folder, ramp, rig, "It goes slowly up and down, to half of the safe forces: keep a hand on the emergency stop.")
     if log is None:
         return 0
     first = experiments.of_ramp(log, rig.assume)
     slides = experiments.slides(rig, first)
     print(f"1-ramp: a newton of command makes {first.scale:.4g} N; friction about {first.offset:.3g} N + {first.slope:.3g} |F|, noise {first.noise:.2g} N")
-    log = _log(folder, slides, rig, "Steps and slow slides, within the safe forces by what the ramp has told.")
+    log = _log(folder, slides, rig, "Steps and slow slides, which stay within the safe forces by the scale from the ramp.")
     if log is None:
         return 0
     check_replaceable(folder / "result", NAMES)
@@ -92,7 +92,7 @@ def _go_on(folder, rig):
 
 
 def _log(folder, made, rig, what):
-    """The log of an experiment; None where it is still to be played, which is said then."""
+    """The log of an experiment, or None with a message if it is still to be played."""
     from tribo_design.reading import is_there
     from tribo_identify import logs
 
@@ -101,8 +101,8 @@ def _log(folder, made, rig, what):
     played, path = folder / f"{made.name}.csv", folder / f"{made.name}-log.csv"
     if not is_there(path):
         played.write_text(made.csv(rig.command_per_N), encoding="ascii")
-        _say(f"Play {played}, a row each {rig.sample_time_s:g} s for {made.time[-1]:.0f} s, as the command: {min(made.u):.3g} to {max(made.u):.3g} N. {what}",
-             f"Put the log (time, command, force; a row each tick) to {path}, then run: tribo-rig {folder}")
+        _say(f"Play {played} as the command, one row every {rig.sample_time_s:g} s for {made.time[-1]:.0f} s: {min(made.u):.3g} to {max(made.u):.3g} N. {what}",
+             f"Save the log (time, command, force; one row per tick) as {path}, then run: tribo-rig {folder}")
         return None
     try:
         log = logs.read([path], rig.words())

@@ -1,4 +1,4 @@
-"""Torque that goes with the motor's angle (cogging, the mesh of gears). Against a stiff contact the angle goes with F, so that it is a sine over F, the same both ways."""
+"""Torque that depends on the motor's angle (cogging, the mesh of gears). Against a stiff contact the angle follows F, so the torque is a sine over F, the same both ways."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from tribo_identify import slides
 
-PERIODS = (0.02, 0.5)  # of the range of F in which it slides
+PERIODS = (0.02, 0.5)  # fraction of the range of F in which the arm slides
 TRIED = 400
 SHARE = 0.5  # of what the line through the slides leaves: a sine that explains less is chance
 LEAST = 0.02  # of breakaway
@@ -23,7 +23,7 @@ class Cogging:
         return self.amplitude * np.sin(2 * np.pi * (force / self.period + self.phase))
 
     def keys(self):
-        """Of a scenario's plant whose arm moves by a degree for a newton."""
+        """The ripple keys of a scenario's plant whose arm moves by a degree per newton."""
         return {"ripple": {"amplitude_N": float(f"{self.amplitude:.6g}"), "period_deg": float(f"{self.period:.6g}"), "phase": float(f"{self.phase % 1.0:.6g}")}}
 
 
@@ -33,7 +33,7 @@ def _waves(force, period):
 
 
 def find(log, line):
-    """The cogging of a log, by its later slides, in which friction is all there; None where none is seen."""
+    """The cogging of a log, from its later slides, in which friction is fully built up; None if there is none."""
     if line is None:
         return None
     rows, p = slides.later(slides.runs_of(log), slides.PART), line.law()

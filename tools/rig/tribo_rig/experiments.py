@@ -1,7 +1,7 @@
-"""The experiments: u to play, a row a tick, never beyond the safe forces.
+"""The experiments: u to play, one row per tick, never beyond the safe forces.
 
-Friction only takes from u: at rest |F| is at most |u| (scale and bias apart). The first ramp does not know the scale yet, so it goes to a
-half of the safe forces only. What follows knows it, and keeps F and the command itself within them.
+Friction only takes from u: at rest |F| is at most |u| (scale and bias apart). The first ramp does not know the scale yet, so it goes only to
+half of the safe forces. Later experiments know it, and keep both F and the command within the safe forces.
 """
 
 from dataclasses import dataclass, replace
@@ -42,7 +42,7 @@ def _sampled(name, corners, h, split_s=0.0):
 
 
 def ramp(rig):
-    """Up and down, to more each time; with a negative safe force also to that side."""
+    """Ramps up and down, further each time; with a negative safe force also to that side."""
     corners = [(0.0, 0.0), (REST_S, 0.0)]
     for part in RAMP_PARTS:
         for end in (rig.force.high_N, rig.force.low_N) if rig.force.low_N < 0 else (rig.force.high_N,):
@@ -89,16 +89,16 @@ def slides(rig, first):
 
 
 def _times(u, made):
-    """By what factor u is what was to be played, if it is one."""
+    """The factor of u over the commands of the file, if it is one factor."""
     times = float(u @ made / (made @ made))
     return times if abs(times) > 1e-9 and np.percentile(np.abs(u - times * made), 95) <= 0.05 * abs(times) * np.ptp(made) else None
 
 
 def aligned(log, made, path):
-    """The log as one piece from where the experiment begins to where it ends. A log of something else is refused."""
+    """The log as one piece from the beginning to the end of the experiment. Raises a refusal for a log of something else."""
     if len(log.segments) != 1:
         stands = [remark for remark in log.remarks if "F stands for" in remark]
-        raise InputError(f"{path}: " + (f"{stands[0].split(':')[0]}: play {made.name}.csv again" if stands else f"has {len(log.segments)} pieces; one record without gaps is needed (log.resample mends small ones)"))
+        raise InputError(f"{path}: " + (f"{stands[0].split(':')[0]}: play {made.name}.csv again" if stands else f"has {len(log.segments)} pieces; one record without gaps is needed (log.resample bridges small gaps)"))
     s = log.segments[0]
     if s.force is None:
         raise InputError(f"{path}: there is no force: name its column in rig.yaml (log.columns.F)")
@@ -107,7 +107,7 @@ def aligned(log, made, path):
         raise InputError(f"{path}: a row every {s.h:.6g} s, but sample_time_s is {h:g} s; record at the tick of the loop, or correct log.units.t")
     if not np.ptp(s.u) > 1e-9 * np.ptp(made.u):
         raise InputError(f"{path}: u does not move: it must be the command as played (log.columns.u)")
-    # Where either begins, whatever the unit.
+    # Both begin where u begins, whatever the unit.
     shift = int(np.flatnonzero(np.abs(s.u - s.u[0]) > FAR * np.ptp(s.u))[0]) - int(np.flatnonzero(np.abs(made.u - made.u[0]) > FAR * np.ptp(made.u))[0])
     rows = np.arange(len(made.u)) + shift
     inside = (rows >= 0) & (rows < len(s.u))
@@ -117,15 +117,15 @@ def aligned(log, made, path):
     if np.percentile(off, 95) > 0.05 * np.ptp(made.u):
         times = _times(s.u[rows[inside]], made.u[inside])
         if times is not None:
-            raise InputError(f"{path}: u is not what {made.name}.csv asks for, but {times:.4g} times that in all rows: it is logged in another unit, as ampere are, or command_per_N is not what was played. "
-                             f"Log the command as {made.name}.csv has it, or say log.scales: {{u: {1 / times:.6g}}} if the drive got what the file asks for")
+            raise InputError(f"{path}: u is {times:.4g} times that of {made.name}.csv in all rows: it is logged in another unit, e.g. ampere, or command_per_N is not what was played. "
+                             f"Log the command as {made.name}.csv has it, or set log.scales: {{u: {1 / times:.6g}}} if the drive got the commands of the file")
         at = made.time[inside][int(np.argmax(off > 0.05 * np.ptp(made.u)))]
-        raise InputError(f"{path}: u is not what {made.name}.csv asks for, first at {at:.4g} s: another experiment, another column (log.columns.u), or command_per_N differs")
+        raise InputError(f"{path}: u differs from {made.name}.csv, first at {at:.4g} s: the log is of another experiment, u is another column (log.columns.u), or command_per_N differs")
     return part(log, shift * h, shift * h + made.time[-1])
 
 
 def part(log, begin_s, end_s):
-    """The log's only segment between two times of its own."""
+    """The log's only segment, cut between two of its times."""
     s = log.segments[0]
     rows = slice(max(int(round(begin_s / s.h)), 0), min(int(round(end_s / s.h)) + 1, len(s.u)))
     piece = replace(s, t=s.t[rows] - s.t[rows][0], u=np.ascontiguousarray(s.u[rows]), force=np.ascontiguousarray(s.force[rows]), position=None, speed=None, reference=None)
@@ -134,7 +134,7 @@ def part(log, begin_s, end_s):
 
 @dataclass
 class First:
-    """What the ramp tells: F = scale u + bias - friction."""
+    """Results of the ramp: F = scale u + bias - friction."""
 
     scale: float
     bias: float
@@ -144,11 +144,11 @@ class First:
 
     @property
     def noise(self):
-        """Of noise and steps together, rms in N: what the best model leaves."""
+        """Noise and steps together, rms in N: the residual of the best model."""
         return self.readings.rms
 
     def of(self, assume):
-        """Command and friction as `assume` of tribo_identify has them, in the names of lags.Fit."""
+        """Command and friction under `assume` of tribo_identify, in the names of lags.Fit."""
         symmetric = {"scale": self.scale, "gravity": self.bias, "offset": self.offset, "slope": self.slope}
         if assume == "symmetric":
             return symmetric | {"offset_negative": self.offset, "slope_negative": self.slope}
@@ -156,20 +156,20 @@ class First:
 
 
 def _friction(log, line, started, rms):
-    """Offset and slope, as `started` where these lags leave any friction; where there is none, that is said."""
+    """Offset and slope, as `started` gives them if these lags leave any friction; raises a refusal if there is none."""
     law, load = line.law(), float(np.median(np.abs(log.segments[0].force)))
     seen = stiction.behind(log, law["scale"], law["gravity"], law["offset"], law["slope"])
     if not seen.force > 0:
-        raise DesignError("1-ramp-log.csv: friction would push the way that F goes: u and F are not of the same time, or one of them is filtered for long")
+        raise DesignError("1-ramp-log.csv: friction would push in the direction of F: u and F are not of the same time, or one of them is filtered too much")
     if not seen.is_lag() and friction.MATTERS * np.max(np.abs(log.segments[0].force)) < seen.friction() < 2 * rms:
-        raise Refusal("noise", f"1-ramp-log.csv: F has noise of {rms:.3g} N rms, and friction of {seen.friction():.2g} N, which it seems to be, does not stand out of it. {noise.QUIETER}")
+        raise Refusal("noise", f"1-ramp-log.csv: F has noise of {rms:.3g} N rms, and friction of {seen.friction():.2g} N, as far as it can be seen, does not stand out from it. {noise.QUIETER}")
     if seen.is_lag() or seen.friction() < 2 * rms:
-        raise Refusal("no stiction", f"1-ramp-log.csv: no stiction found: {seen.text()}. There is nothing that compensation could take out")
+        raise Refusal("no stiction", f"1-ramp-log.csv: no stiction found: {seen.text()}. There is nothing to compensate")
     return started if started[0] + started[1] * load > 0 else (law["offset"] - seen.force + seen.friction(), law["slope"])
 
 
 def of_ramp(log, assume="symmetric"):
-    """By linear least squares over the slides, as the fit of tribo-identify starts."""
+    """Fits by linear least squares over the slides, as the fit of tribo-identify starts."""
     from tribo_identify import bins, events, native, slides
 
     events.check(log)
@@ -177,13 +177,13 @@ def of_ramp(log, assume="symmetric"):
     if line is None:
         s = log.segments[0]
         raise Refusal("one direction", f"1-ramp-log.csv: F does not follow u up and down: it goes from {s.force.min():.3g} to {s.force.max():.3g} N, u from {s.u.min():.3g} to {s.u.max():.3g} N. "
-                                       "The arm may be stuck, or out of contact, or F is another column (log.columns.F): look at rig and log before anything more is played")
+                                       "The arm may be stuck, or out of contact, or F is another column (log.columns.F): check rig and log before you play anything more")
     (scale, bias, offset, slope), _ = friction.start(log, native.PAPER, events.find(log)[1])
     s = log.segments[0]
     if scale < 0:
-        raise Refusal("sign", "1-ramp-log.csv: F falls where u rises: turn the sign of command_per_N, or of F by log.scales.F: -1")
+        raise Refusal("sign", "1-ramp-log.csv: F falls where u rises: change the sign of command_per_N, or of F by log.scales.F: -1")
     if not 0.5 <= scale <= 2:
-        raise Refusal("units", f"1-ramp-log.csv: a newton of command makes {scale:.3g} N: correct command_per_N (to {1 / scale:.3g} times what it is), remove the log and play the ramp again")
+        raise Refusal("units", f"1-ramp-log.csv: a newton of command makes {scale:.3g} N: correct command_per_N (to {1 / scale:.3g} times its value), remove the log and play the ramp again")
     readings = bins.readings_of(s.force)
     offset, slope = _friction(log, line, (offset, slope), readings.rms)
     first = First(float(scale), float(bias), float(max(offset, 0.0)), float(max(slope, 0.0)), readings)

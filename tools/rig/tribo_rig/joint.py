@@ -1,4 +1,4 @@
-"""A joint with current and encoder: from logs under somebody's own loop to its friction and the code that takes it out."""
+"""A joint with current and encoder: from logs under the user's own loop to its friction and the code that compensates it."""
 
 import hashlib
 import json
@@ -17,12 +17,12 @@ TEMPLATE = Path(__file__).with_name("joint.yaml")
 NAMES = ("config.yaml", "*_joint.h", "main.c", "Makefile", "verdict.json", "report.html")
 COLUMNS = {"t": "t_s", "u": "effort", "q": "position"}
 ROLES = {"t": "t", "u": "u", "q": "x"}  # of tribo-sim log
-PLAY = ("Swing the joint under your own position loop, at working load, and record time, effort (the loop's output) and position at each tick: a sine through the range that it works in, six swings "
-        "at working speed and four at half of it; then twenty steps of position with a second of rest between. Keep a hand on the emergency stop.")
+PLAY = ("Swing the joint under your own position loop, at working load, and record time, effort (the loop's output) and position at each tick: a sine through its working range, six swings "
+        "at working speed and four at half of it; then twenty position steps with a second of rest after each. Keep a hand on the emergency stop.")
 
 
 class Log(Strict):
-    """How to read a log; as --column, --unit and --scale of tribo-sim log."""
+    """How to read a log, like --column, --unit and --scale of tribo-sim log."""
 
     columns: dict[Literal["t", "u", "q"], str] = {}
     units: dict[Literal["t"], str] = {}
@@ -53,11 +53,11 @@ def load(path):
 
 
 def go_on(folder, say):
-    """The next step of the folder's joint."""
+    """Runs the next step of the folder's joint."""
     joint = load(folder / "joint.yaml")
     paths = sorted(folder.glob("*-log.csv"))
     if not paths:
-        return say(PLAY, f"Put the logs to {folder / 'sine-log.csv'} and {folder / 'steps-log.csv'} (each *-log.csv is read), then run: tribo-rig {folder}")
+        return say(PLAY, f"Save the logs as {folder / 'sine-log.csv'} and {folder / 'steps-log.csv'} (every *-log.csv is read), then run: tribo-rig {folder}")
     check_replaceable(folder / "result", NAMES)
     from . import slip
 
@@ -86,22 +86,22 @@ def _read(paths, joint):
 
 def _check_travel(joint, found):
     if joint.arithmetic == "q31" and not 1 <= found.travel <= 1e4:
-        raise InputError(f"joint.yaml: arithmetic: q31 takes positions in counts, and four of them are {found.travel:.4g} here, 1 to 10000 are allowed: log.scales: {{q: {4 / found.travel:.6g}}} makes "
+        raise InputError(f"joint.yaml: arithmetic: q31 takes positions in counts. The least motion is {found.travel:.4g} in the log's unit; 1 to 10000 counts are allowed: log.scales: {{q: {4 / found.travel:.6g}}} makes "
                          "counts of this unit")
 
 
 def lines_of(found):
-    """Half a page in words."""
+    """The result in half a page of text."""
     per = "the loop's effort for a unit of position a second"
-    lines = [f"friction: {found.friction.text()} once the joint slides, without load and slow; {found.level:.4g} at the load of these logs, {found.load:.3g} in the mean",
+    lines = [f"friction: {found.friction.text()} when the joint slides slowly without load; {found.level:.4g} at the mean load of these logs, {found.load:.3g}",
              f"viscous: {found.viscous.text()}, {per}",
              f"load: friction grows by {found.slope.text()} of the load" if found.slope else
-             f"load: no growth of friction is told: it would have to be more than {found.hidden:.2g} of the load. Logs at larger loads, as with a payload, tell more",
+             f"load: no growth of friction found: it would show above {found.hidden:.2g} of the load. Logs at larger loads, e.g. with a payload, show more",
              f"to start: a joint at rest holds {found.breakaway.text()}" if found.breakaway else
-             "to start: not told. The logs have too few rests that end slowly, or the joint yields before it slides"]
+             "to start: not found. The logs have too few rests that end slowly, or the joint yields before it slides"]
     if found.fall:
         lines.append(f"friction falls with speed: it is {100 * found.fall:.2g} % larger as the speed goes to 0")
-    return [*lines, f"of {found.strokes} strokes and {found.starts} slow starts; no law of friction explains {found.left:.2g} rms. Intervals are of 95 %"]
+    return [*lines, f"from {found.strokes} strokes and {found.starts} slow starts; no friction law explains {found.left:.2g} rms. Intervals are 95 %"]
 
 
 def config_of(joint, found):
@@ -134,11 +134,11 @@ def _header(joint, config, lines, head):
 
 
 def _main(joint):
-    """A program that plays rows of effort, q_ref and q, and so shows each call."""
+    """A program that reads rows of effort, q_ref and q, to show each call."""
     q31 = joint.arithmetic == "q31"
     step = ("(double)tribo_joint_q31_step(&joint, (int32_t)(effort / config.effort_max * 2147483647.0), (int32_t)q_ref, (int32_t)q) / 2147483648.0 * config.effort_max" if q31 else
             "(double)tribo_joint_f32_step(&joint, (float)effort, (float)q_ref, (float)q)")
-    return f"""// Plays rows of effort, q_ref and q from its input, and puts out what the drive gets: your tick has the same call.
+    return f"""// Reads rows of effort, q_ref and q, and prints the command for the drive: your tick makes the same call.
 #include "{joint.name}_joint.h"
 
 #include <stdio.h>

@@ -2,9 +2,9 @@
 
     u -> delay -> actuator's pole -> arm I s^2 + b s + K with friction -> sensor's pole -> y          K = 1: all in newton
 
-Which of two lags is the actuator's and which the sensor's shows where F turns after a step, as friction stands between them. That takes the right law of
-friction: the paper's acts on the net force, Coulomb's on the motion, LuGre's and Maxwell's build up over a way, and each may fall with speed. All are tried. The
-fit starts from several shares of the whole lag; the best one counts. What the steps do not show stays where its start had it.
+Which of two lags is the actuator's and which the sensor's shows where F reverses after a step, because friction is between them. That needs the right law of
+friction: the paper's acts on the net force, Coulomb's on the motion, LuGre's and Maxwell's build up over a travel, and each may fall with speed. All are tried. The
+fit starts from several shares of the whole lag; the best result counts. Values that the steps do not show keep their start values.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -81,7 +81,7 @@ def model_of(law):
 
 def own_of(law, p, level):
     """A truth model's own parameters, for an arm of 1 N/deg: its stiffness is that of friction over the arm's. LuGre's bristles are damped critically.
-    Bristles have either one stiffness, or one way to breakaway and so a stiffness that grows with it. `p` are those of Fit."""
+    Bristles have either one stiffness, or one travel to breakaway and so a stiffness that grows with breakaway. `p` holds Fit's parameters."""
     model, stiffens = model_of(law), STIFFENS in law
     stiffness = float(np.clip((1.0 if stiffens else level) / p["way"], 1e-4, 1e6))
     falls = {"sliding_ratio": 1 / (1 + p["falls"]), "stribeck_speed_deg_per_s": float(np.clip(p["speed"], 1e-5, 100.0))}
@@ -92,13 +92,13 @@ def own_of(law, p, level):
 
 
 def free_of(law):
-    """What a law of friction has beside breakaway."""
+    """The parameters of a law of friction besides breakaway."""
     model = model_of(law)
     return (*(("way",) if model != "coulomb" else ()), *(("exponent",) if model == "maxwell_slip" else ()), *(("falls", "speed") if FALLS in law else ()))
 
 
 class Fit:
-    """`known`: names that stay. `assume` is that of tribo_identify: symmetric, L+ = L-; or calibrated, the command is right and L+ and L- are each their own."""
+    """`known`: names that stay fixed. `assume` is that of tribo_identify: symmetric, L+ = L-; or calibrated, the command is right and L+ and L- are each their own."""
 
     def __init__(self, segment, first, known, assume):
         self.s, self.assume = segment, assume
@@ -170,12 +170,12 @@ class Fit:
         return found.cost, whole(found.x), halves
 
     def _halves(self, found, count, finer):
-        """Of 95 % intervals. What the model leaves is no white noise: rows of one step count once, and errors that come back with each step count whole. `finer`
-        is how the model differs where it takes two steps for one: as much again is its own error, of first order."""
+        """Halves of the 95 % intervals. The residual is not white noise: rows of one step count once, and errors that return with each step count fully. `finer`
+        is the change of the model with half the step: the model's own first-order error is as large."""
         inverse = np.linalg.pinv(found.jac.T @ found.jac)
         own = 2 * np.abs(inverse @ found.jac[:-count].T @ finer)
         white = 2 * found.cost / len(found.fun) * np.diag(inverse)
-        rows = found.jac[:-count] * (found.fun[:-count] * (1 + (found.fun[:-count] / ROBUST) ** 2) ** 0.25)[:, None]  # found.jac is that of the robust cost
+        rows = found.jac[:-count] * (found.fun[:-count] * (1 + (found.fun[:-count] / ROBUST) ** 2) ** 0.25)[:, None]  # found.jac belongs to the robust cost
         steps = [pull.sum(0) for pull in np.split(rows, self.steps) if len(pull)]
         if len(steps) <= 2:
             return own + 1.96 * np.sqrt(white)
@@ -188,7 +188,7 @@ class Fit:
 
 
 def _whole_lag(segment, first):
-    """By how much F comes after u where u steps within a slide: the time to 63 % of its way."""
+    """The lag of F after u where u steps within a slide: the time to 63 % of the change."""
     change = np.abs(np.diff(segment.u))
     at = np.flatnonzero(change > 0.5 * change.max())
     lags = []
@@ -199,12 +199,12 @@ def _whole_lag(segment, first):
         if abs(way) > max(10 * first.noise, 0.2 * first.scale * change[a] / (1 + first.slope)):
             lags.append(np.argmax((y - y[0]) / way > 0.63) * segment.h)
     if not lags:
-        raise Refusal("silent", "2-slides-log.csv: F does not follow the steps of u: nothing tells the lags")
+        raise Refusal("silent", "2-slides-log.csv: F does not follow the steps of u, so the lags cannot be found")
     return max(float(np.median(lags)), segment.h)
 
 
 def _best(problem, law, starts, lag):
-    """The best of the starts that leave least, in coarse steps; then the best two of them in those of the scenario."""
+    """Fits the best starts in coarse steps, then the best two of them in the steps of the scenario."""
     progress.at(f"fits the lags with friction of {law.replace('_', ' ')}")
     problem.substeps = int(max(np.ceil(problem.h / max(STEPS_S, COARSE * lag)), 2))
     starts = sorted(starts, key=lambda theta: problem.left(law, theta))[:STARTS] if len(starts) > STARTS else starts
@@ -214,7 +214,7 @@ def _best(problem, law, starts, lag):
 
 
 def _laws(problem, first, starts, swappable, lag):
-    """(law, what it leaves, theta, halves of intervals) of each law of friction that was tried, the best first."""
+    """(law, residual, theta, halves of intervals) of each law of friction that was tried, the best first."""
     found = []
 
     def attempt(law, begins):
@@ -222,7 +222,7 @@ def _laws(problem, first, starts, swappable, lag):
         found.append((law, problem.left(law, theta), theta, halves))
 
     def best():
-        """A simpler law goes before one that leaves little less."""
+        """Prefers a simpler law to one with a little less residual."""
         return min(found, key=lambda f: f[1] * (BETTER if f[0] == "coulomb" else 1.0))
 
     def changed(theta, **values):

@@ -1,7 +1,7 @@
-"""Breakaway and command of the law of friction that the steps have shown, from steps and slides together.
+"""Breakaway and command for the law of friction that the steps have shown, from steps and slides together.
 
-The fit of tribo_identify has the paper's model, which sticks until breakaway and acts on the net force. On another arm it finds a breakaway that is up to some
-percent off, and no simulation with it says what a controller meets. By how much the two differ counts as an error of the answer.
+The fit of tribo_identify uses the paper's model, which sticks until breakaway and acts on the net force. On another arm its breakaway is up to some
+percent off, and a simulation with it does not predict what a controller meets. The difference of the two counts as an error of the result.
 """
 
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from . import lags as steps
 PASSES = 15
 FITTED = {*friction.SYMMETRIC, *friction.CALIBRATED}
 FALLING = ("sliding_ratio", "stribeck_speed_deg_per_s")
-UNEXPLAINED = 1.5  # times the noise: what a law may leave
+UNEXPLAINED = 1.5  # times the noise: the largest residual of a law
 
 
 @dataclass
@@ -35,7 +35,7 @@ def _law(found, p, falls_half):
 
 
 def fit(found, result, segment, first):
-    """(friction, law): `result` with the values of the law, where it is not the paper's. `found` are the lags, which stay."""
+    """(friction, law): `result` with the values of the law if it is not the paper's. `found` holds the lags, which stay fixed."""
     if found.law == "paper" or result.table:
         return _covering(result, found, first), _law(found, found.params, 0.0)
     problem = steps.Fit(segment, first, {"actuator", "arm", "ratio", "sensor", "delay"}, result.assume)
@@ -56,6 +56,6 @@ def fit(found, result, segment, first):
 
 
 def _covering(result, found, first):
-    """What the law leaves well beyond the noise may be an error of L: friction that is not its own."""
+    """The half interval of L, widened by a residual well beyond the noise, which may be friction that the law does not have."""
     beyond = max(result.residual_rms**2 - (UNEXPLAINED * first.noise) ** 2, 0.0) ** 0.5
     return replace(result, L_half=float(np.hypot(result.L_half, 1.96 * beyond / found.level)))

@@ -1,4 +1,4 @@
-"""The loop of what was found: controller, feed-forward and guard, as a scenario; and what it does on the plant that was found."""
+"""The loop for the identified rig: controller, feed-forward and guard, as a scenario; and its performance on the identified plant."""
 
 import copy
 import tempfile
@@ -25,13 +25,13 @@ HELPS = 0.9  # of the error without compensation: in the worst of all plants it 
 
 
 class NotSafe(DesignError):
-    """No loop was found that is better than none on all plants near the one that was found."""
+    """No loop is better than no compensation on all plants near the identified one."""
 
     exit_code = 4
 
 
 def plant_of(lags, h):
-    """Of u in newton of F at rest, so of gain 1; poles beyond ten Nyquist frequencies left out."""
+    """The plant from u in newton of F at rest, so with gain 1; poles beyond ten Nyquist frequencies are left out."""
     arm = np.roots([lags.inertia, lags.damping, 1.0])
     poles = [p for p in (-lags.actuator, *arm, -lags.sensor) if abs(p) < 10 * np.pi / h]
     return {"gain": 1.0, "zeros": [], "poles": [f"{p.real:.9g}{p.imag:+.9g}j" if np.imag(p) else f"{np.real(p):.9g}" for p in poles], "delay_s": lags.delay}
@@ -46,7 +46,7 @@ def design_of(rig, lags, bandwidth):
 
 
 def task_of(rig, result):
-    """Low and high force of the loop: the user's, or where the experiment was."""
+    """Low and high force of the loop: the user's, or those of the experiment."""
     if rig.task is not None:
         return rig.task.low_N, rig.task.high_N
     low, high = result.loads[0][0], result.loads[-1][1]
@@ -54,7 +54,7 @@ def task_of(rig, result):
 
 
 def scenario(rig, lags, result, law, readings, ripple):
-    """All of the loop but its controller, as a scenario whose plant is the one that was found. The loop has the friction of sliding."""
+    """The loop without its controller, as a scenario with the identified plant. The loop has the friction of sliding."""
     low, high = task_of(rig, result)
     number = lambda x: float(f"{x:.9g}")
     arm = {"inertia_N_s2_per_deg": number(lags.inertia), "damping_N_s_per_deg": number(lags.damping), "stiffness_N_per_deg": 1.0}
@@ -69,11 +69,11 @@ def scenario(rig, lags, result, law, readings, ripple):
             "limits": {"u_min_N": number(min(rig.force.low_N, 0.0)), "u_max_N": number(rig.force.high_N), "input_max_N": number(ROOM * rig.force.largest),
                        "full_scale_N": number(2 * ROOM * rig.force.largest)},
             "metrics": {"start_s": 10.0}}
-    return copy.deepcopy(tree)  # nothing in two places
+    return copy.deepcopy(tree)  # no value in two places
 
 
 def predicted(loop, readings, others):
-    """accept's runs: by case, for L 10 % less, right, 10 % more. And (off, on) for lags that are off: all of them, and for `others`, poles of actuator and sensor."""
+    """Runs of accept by case, for L 10 % less, right, 10 % more; and (off, on) with wrong lags: all lags, and for `others` the poles of actuator and sensor."""
     low, high = loop["reference"]["low_N"], loop["reference"]["high_N"]
     runs = accept.predict(loop, low, high, readings)
     lags = []
@@ -90,16 +90,16 @@ def predicted(loop, readings, others):
 
 
 def against(runs, lags, left):
-    """Why this loop is not to be used, or nothing. `left` is what the law does not explain of r - F."""
+    """Reasons against this loop, or none. `left` is the part of r - F that the law does not explain."""
     reasons = []
     ratio = np.hypot(runs["on"][1].rms, left) / np.hypot(runs["off"][1].rms, left)
     if ratio > HELPS:
-        reasons.append(f"with what the law leaves the error is {ratio:.2g} times that without compensation")
-    for case, what in (("on", "the friction that was found"), ("less", "L 20 % less in the loop"), ("more", "L 20 % more in the loop")):
+        reasons.append(f"with the residual of the law the error is {ratio:.2g} times that without compensation")
+    for case, what in (("on", "the identified friction"), ("less", "L 20 % less in the loop"), ("more", "L 20 % more in the loop")):
         worst = max(on.rms / off.rms for on, off in zip(runs[case], runs["off"]))
         if worst > HELPS:
             reasons.append(f"with {what} the error is {worst:.2g} times that without compensation")
-    for pairs, what in ((lags[: len(LAGS)], f"lags {LAGS[0]:g} to {LAGS[1]:g} times those that were found"), (lags[len(LAGS) :], "the lags that another model has almost as well")):
+    for pairs, what in ((lags[: len(LAGS)], f"lags {LAGS[0]:g} to {LAGS[1]:g} times the identified ones"), (lags[len(LAGS) :], "the lags of another model that fits almost as well")):
         worst = max((on.rms / off.rms for off, on in pairs), default=0.0)
         if worst > HELPS:
             reasons.append(f"with {what} the error is {worst:.2g} times that without compensation")
@@ -107,7 +107,7 @@ def against(runs, lags, left):
 
 
 def make(rig, lags, base, readings, left, digest):
-    """(loop, design's result, predicted runs, those with lags of other models, what it makes of `left`, what was refused) of the fastest wish that goes through.
+    """(loop, design's result, predicted runs, those with lags of other models, its response to `left`, refusals) of the highest bandwidth that passes.
     `base` is the loop without controller."""
     refused = []
     base["compensator"] |= tuning.compensator(tuning.rig_of(base, "loop.yaml") | {"noise": readings.rms})
@@ -121,7 +121,7 @@ def make(rig, lags, base, readings, left, digest):
             continue
         rows = [dict(zip(("b0", "b1", "b2", "a1", "a2"), (float(f"{x:.9g}") for x in row))) for row in np.array(designed.f32, float)]
         loop = base | {"controller": {"kind": "delta", "sections": rows}}
-        progress.at(f"plays the loop of {bandwidth:.3g} rad/s on plants near the one that was found")
+        progress.at(f"plays the loop of {bandwidth:.3g} rad/s on plants near the identified one")
         runs, other = predicted(loop, readings, lags.others)
         echo = unexplained.in_loop(loop, left)
         reasons = against(runs, other, echo)
@@ -130,7 +130,7 @@ def make(rig, lags, base, readings, left, digest):
         refused.append(f"bandwidth {bandwidth:.3g} rad/s: {'; '.join(reasons)}")
     way = base["plant"].get("model") in BUILDS_UP
     raise NotSafe("no loop was found that is better than no compensation on all plants near this one:\n" + "\n".join(refused) + "\nWhat would help: "
-                  + ("friction builds up over a way here: a reference with longer strokes (task in rig.yaml)" if way else
+                  + ("friction builds up over a travel here: use a reference with longer strokes (task in rig.yaml)" if way else
                      "a shorter delay or a faster sensor, or a task further from 0 N (task in rig.yaml)"))
 
 

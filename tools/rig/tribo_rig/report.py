@@ -10,8 +10,8 @@ from tribo_identify.report import figure_of, law_picture, look, page, picture, t
 
 
 def html(rig, first, lines, details, loop, lags, result, steps, slow, designed):
-    pictures = [("What to expect", _expected(loop, first.readings)), ("Friction over force", law_picture(result)), ("The steps, and the lags that were found", _record(steps.segments[0], lags.model)),
-                ("The slides, and the friction that was found", _record(slow.segments[0], result.model[0]))]
+    pictures = [("What to expect", _expected(loop, first.readings)), ("Friction over force", law_picture(result)), ("The steps and the identified lags", _record(steps.segments[0], lags.model)),
+                ("The slides and the identified friction", _record(slow.segments[0], result.model[0]))]
     last = designed.stages[-1].metrics
     margins = [f"controller: {len(designed.f32)} sections, bandwidth {last.bandwidth_rad_s:.3g} rad/s, gain margin {last.gain_margin:.3g}, phase margin {last.phase_margin_deg:.3g} deg"]
     return page(f"Rig {rig.name}", [*lines, "", *margins, *details], pictures)
@@ -42,6 +42,6 @@ def _record(segment, model):
     axes[0, 0].plot(t, y, color=look.MODEL, lw=0.9, ls="--", label="model")
     axes[1, 0].plot(t, force - y, color=look.DIFFERENCE, lw=0.8)
     axes[0, 0].set(ylabel="u, F [N]")
-    axes[1, 0].set(ylabel="F less model [N]", xlabel="time [s]")
+    axes[1, 0].set(ylabel="F minus model [N]", xlabel="time [s]")
     axes[0, 0].legend(loc="upper right", fontsize=8)
     return picture(figure)

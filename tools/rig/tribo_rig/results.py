@@ -12,7 +12,7 @@ from tribo_identify.events import Refusal
 
 from . import cogging, experiments, lags, law, loop, report, unexplained
 
-GAINS = 1.2  # factor by which the error falls, below which the verdict calls it little
+GAINS = 1.2  # factor of the error below which the verdict calls the gain little
 BUDGET_US = 250  # the drive's default, which must not be beyond its period
 APART = 0.05  # of the whole lag: half intervals below which one lag is told from another
 PASSES = 3  # of cogging and line
@@ -22,7 +22,7 @@ UNSURE = 0.1  # relative half interval of L, above which the report asks for mor
 
 
 def of(rig, first, made, log, digest):
-    """(files of the result, lines to say)."""
+    """Returns (files of the result, lines to print)."""
     log, slow, line, ripple = _without_cogging(log, made, rig.assume)
     steps = experiments.part(log, 0.0, made.split_s)
     found = lags.fit(steps.segments[0], first, rig.known)
@@ -38,19 +38,19 @@ def of(rig, first, made, log, digest):
     expected = accept.expected(runs, echo)
     lines = verdict(rig, tuned, found, result, arm, expected, others, per_n) + unsure(first.readings, found, result, left, ripple) + [_next(rig, tuned)]
     text = loop.header(tuned, rig)
-    factor = f"#define {rig.name.upper()}_COMMAND_PER_N {np.float32(per_n):.8e}f ///< what the drive puts out for a newton of u\n"
+    factor = f"#define {rig.name.upper()}_COMMAND_PER_N {np.float32(per_n):.8e}f ///< output of the drive for a newton of u\n"
     files = {"loop.yaml": (_head(per_n, digest) + yaml_text(tuned)).encode(),
              f"{rig.name}_params.h": text.replace("// clang-format off\n", "// clang-format off\n" + factor, 1).encode(),
              "registers.txt": registers(rig, tuned, per_n).encode(),
              "verdict.json": (json.dumps(numbers(tuned, found, result, arm, runs, expected, echo, per_n), indent=1) + "\n").encode()}
     progress.at("draws the report")
-    details = [*friction.line_of(result), *(f"note: {r}" for r in result.remarks), *(f"tried and left: {r}" for r in refused)]
+    details = [*friction.line_of(result), *(f"note: {r}" for r in result.remarks), *(f"tried and rejected: {r}" for r in refused)]
     files["report.html"] = report.html(rig, first, lines, details, tuned, found, result, steps, slow, designed).encode()
     return files, lines
 
 
 def _without_cogging(log, made, assume):
-    """The log, its slides, the line through them and the cogging: u as if the motor had been told to make up for that. Cogging bends the line, so it is looked for again."""
+    """The log, its slides, the line through them and the cogging: u as if the motor had been commanded to cancel it. Cogging bends the line, so it is searched again."""
     whole, ripple, played = log.segments[0], None, log
     for _ in range(PASSES):
         slow = experiments.part(played, made.split_s - experiments.REST_S, made.time[-1])
@@ -64,19 +64,19 @@ def _without_cogging(log, made, assume):
 
 
 def _refuse_what_is_left(found, segment, readings):
-    """Of the steps, where it is too much for any use."""
+    """Refuses the steps if their residual is too large for any use."""
     error = bins.beyond(segment.force - found.model, readings, 1)
     beyond = float(np.sqrt(np.mean(error[int((experiments.REST_S + experiments.APPROACH_S) / segment.h) :] ** 2)))
     if beyond <= lags.LEFT * found.level:
         return
     causes = unexplained.of(segment, found.model, readings, found.level).causes
-    raise Refusal("model", f"2-slides-log.csv: no lags and friction make the steps of this log: F is off by {beyond:.3g} N rms beyond the sensor's noise, {100 * beyond / found.level:.2g} % of "
-                           "breakaway" + (f". What is left goes with {causes[0][0]}" if causes else "") + ". Is the arm against a stiff contact, and u what the motor got? Play 2-slides.csv again, "
-                           "and look whether F repeats itself")
+    raise Refusal("model", f"2-slides-log.csv: no lags and friction explain the steps of this log: F is off by {beyond:.3g} N rms beyond the sensor's noise, {100 * beyond / found.level:.2g} % of "
+                           "breakaway" + (f". The residual follows {causes[0][0]}" if causes else "") + ". Is the arm against a stiff contact, and is u what the motor got? Play 2-slides.csv again, "
+                           "and check whether F repeats")
 
 
 def _fall(slow, line, rounding):
-    """Of friction once it slides, and half of the interval: as tribo_identify sees it, less what readings that are rounded by as much as `rounding` make of it."""
+    """The fall of friction once the arm slides, and half of its interval: that of tribo_identify, less the part that readings rounded by `rounding` cause."""
     if line is None or not line.is_sure():
         return 0.0, np.inf
     share, half = slides.fall(slow, line)
@@ -84,7 +84,7 @@ def _fall(slow, line, rounding):
 
 
 def _head(per_n, digest):
-    return (f"# The loop of your rig, by tribo-rig from logs of SHA-256 {digest[:16]}. u is in newton of F at rest: put u times {per_n:.6g} out.\n"
+    return (f"# The loop of your rig, by tribo-rig from logs of SHA-256 {digest[:16]}. u is in newton of F at rest: output u times {per_n:.6g}.\n"
             "# tribo-sim run plays it; tribo-identify accept judges it on the rig.\n")
 
 
@@ -96,7 +96,7 @@ def numbers(made, found, result, arm, runs, expected, echo, per_n):
 
 
 def verdict(rig, made, found, result, arm, expected, others, per_n):
-    """Half a page in words: what was found, what is to be expected."""
+    """The result in half a page of text: what was identified, and what to expect."""
     low, high = made["reference"]["low_N"], made["reference"]["high_N"]
     middle = (low + high) / 2
     L = float(np.mean(friction.breakaway(result.params, result.table, middle)))
@@ -105,45 +105,45 @@ def verdict(rig, made, found, result, arm, expected, others, per_n):
     simulated = arm.falls > friction.FALL
     falls = _falls(result) and not simulated
     lines = [f"VERDICT: {well}{', but friction falls as it slides, which is not simulated' if falls else ''}: compensation divides the error on a triangle of {low:.3g} to {high:.3g} N by {factor:.3g} "
-             f"({least:.3g} to {most:.3g} with what is not known of the rig), from {expected.off:.3g} to {expected.on:.3g} N rms; simulated.",
+             f"({least:.3g} to {most:.3g} with the uncertainty of the rig), from {expected.off:.3g} to {expected.on:.3g} N rms; simulated.",
              f"friction: {L:.4g} N at {middle:.3g} N{' once it slides' if falls or simulated else ''}" + (f", a table of {len(result.table)} loads" if result.table else ", " + _laws(result))
-             + f"; known within {100 * result.L_half:.2g} %" + (" if it is the same both ways" if result.assume == "symmetric" else "") + (f"; builds up while F goes {arm.way:.3g} N, so that feed-forward of a jump gains less" if arm.way else ""),
+             + f"; known within {100 * result.L_half:.2g} %" + (" if it is the same both ways" if result.assume == "symmetric" else "") + (f"; builds up while F moves by {arm.way:.3g} N, so feeding a jump forward gains less" if arm.way else ""),
              directions(rig, result, middle),
-             f"command: put u times {per_n:.6g} out" + (f" (a newton of yours makes {rig.command_per_N / per_n:.4g} N)" if abs(rig.command_per_N / per_n - 1) > 0.005 else "")
+             f"command: output u times {per_n:.6g}" + (f" (a newton of your command makes {rig.command_per_N / per_n:.4g} N)" if abs(rig.command_per_N / per_n - 1) > 0.005 else "")
              + f"; bias or gravity {result.params['gravity']:.3g} N",
              lags_of(found),
              f"the model leaves {100 * found.residual_rms / found.level:.2g} % of breakaway in the steps, {100 * result.residual_rms / found.level:.2g} % in the slides"]
     if others:
-        lines.append(f"the steps do not tell the actuator's lag from the sensor's: with those of the other models the error is divided by {min(a.rms / b.rms for a, b in others):.3g}. "
-                     "A data sheet's pole of the sensor or the current loop tells (known in rig.yaml)")
+        lines.append(f"the steps do not separate the actuator's lag from the sensor's: with the lags of the other models the error is divided by {min(a.rms / b.rms for a, b in others):.3g}. "
+                     "A pole of the sensor or the current loop from a data sheet separates them (known in rig.yaml)")
     if simulated:
-        lines.append(f"friction falls with speed: breakaway is {100 * arm.falls:.2g} +- {100 * arm.falls_half:.1g} % above sliding, {(1 + arm.falls) * L:.4g} N for {L:.4g} N, where F moves by well below {arm.speed:.2g} N/s; "
-                     "the simulation has it, the compensation has sliding")
+        lines.append(f"friction falls with speed: breakaway is {100 * arm.falls:.2g} +- {100 * arm.falls_half:.1g} % above sliding, {(1 + arm.falls) * L:.4g} N instead of {L:.4g} N, where F moves well below {arm.speed:.2g} N/s; "
+                     "the simulation includes this, the compensation uses sliding friction")
     if falls:
         share, half = result.fall
-        lines.append(f"friction falls once it slides: breakaway is at least {100 * share:.2g} +- {100 * half:.1g} % above sliding, {(1 + share) * L:.4g} N for {L:.4g} N. F jumps where it breaks away: the error "
-                     "with compensation may be more than ten times what is predicted")
+        lines.append(f"friction falls once it slides: breakaway is at least {100 * share:.2g} +- {100 * half:.1g} % above sliding, {(1 + share) * L:.4g} N instead of {L:.4g} N. F jumps where it breaks away: the error "
+                     "with compensation may be more than ten times the prediction")
     return lines
 
 
 def unsure(readings, found, result, left, ripple):
-    """What else shows in the log, and what would tell more."""
+    """Other findings in the log, and what would show more."""
     lines = []
     if readings.step > COARSE * found.level:
-        lines.append(f"sensor: it reads in steps of {readings.step:.3g} N, {100 * readings.step / found.level:.2g} % of breakaway; the simulation has them, and no loop follows F within them")
+        lines.append(f"sensor: it reads in steps of {readings.step:.3g} N, {100 * readings.step / found.level:.2g} % of breakaway; the simulation includes them, and no loop follows F within them")
     if ripple:
-        lines.append(f"cogging: {ripple.amplitude:.3g} N, {100 * ripple.amplitude / found.level:.2g} % of breakaway, a wave each {ripple.period:.3g} N of F; the simulation has it, the compensation has not")
+        lines.append(f"cogging: {ripple.amplitude:.3g} N, {100 * ripple.amplitude / found.level:.2g} % of breakaway, a wave each {ripple.period:.3g} N of F; the simulation includes it, the compensation does not")
     if left.rms > NAMED * found.level:
-        lines.append(f"no law of friction that was tried leaves noise alone: {left.rms:.2g} N rms are left, {100 * left.rms / found.level:.2g} % of breakaway"
-                     + "".join(f"; {100 * share:.2g} % of that go with {what}" for what, share in left.causes) + ". The range of the verdict has it")
+        lines.append(f"no friction law that was tried leaves only noise: {left.rms:.2g} N rms remain, {100 * left.rms / found.level:.2g} % of breakaway"
+                     + "".join(f"; {100 * share:.2g} % of that follows {what}" for what, share in left.causes) + ". The range of the verdict includes it")
     elif result.L_half > UNSURE:
-        lines.append("more would be known from 2-slides.csv played again in a quieter hour")
+        lines.append("2-slides.csv played again in a quieter hour would narrow the intervals")
     return lines
 
 
 def _next(rig, made):
     low, high = made["reference"]["low_N"], made["reference"]["high_N"]
-    return f"next: params of {rig.name}_params.h into the drive, then on the rig tribo-identify accept loop.yaml --low {low:.3g} --high {high:.3g} --out sequence"
+    return f"next: put the params of {rig.name}_params.h into the drive, then run on the rig: tribo-identify accept loop.yaml --low {low:.3g} --high {high:.3g} --out sequence"
 
 
 def _falls(result):
@@ -157,14 +157,14 @@ def _laws(result):
 
 
 def directions(rig, result, force):
-    """How friction differs by direction; or what no log at forces of one sign can tell, and what it would be."""
+    """How friction differs by direction; or what a log at forces of one sign cannot show, and how large it would be."""
     if result.assume == "calibrated":
         L = [float(x) for x in friction.breakaway(result.params, result.table, force)]
-        return (f"directions: L+ {L[0]:.4g} N, L- {L[1]:.4g} N at {force:.3g} N: downwards it is {L[1] / L[0]:.3g} times that upwards, if u is right as rig.yaml has it (known.command); "
-                "a bias of u would show as their difference")
+        return (f"directions: L+ {L[0]:.4g} N, L- {L[1]:.4g} N at {force:.3g} N: downwards it is {L[1] / L[0]:.3g} times that upwards, if u is right, as rig.yaml says (known.command); "
+                "a bias of u would look like their difference")
     L = float(np.mean(friction.breakaway(result.params, result.table, force)))
     if rig.force.low_N < 0:
-        return "assumed: the same friction both ways (L+ = L-). A difference that is the same at all forces looks like a bias of u, one that grows with |F| is in what the slides leave"
+        return "assumed: the same friction both ways (L+ = L-). A difference that is the same at all forces looks like a bias of u; one that grows with |F| is in the residual of the slides"
     text = ("assumed: the same friction both ways (L+ = L-). Pushing one way only, a log cannot tell unequal friction from a 1 % error of the command scale, "
             f"which would make L+ {(force + L) / 100:.3g} N larger and L- {(force - L) / 100:.3g} N smaller")
     plus, minus = friction.by_direction(result, force)
@@ -177,15 +177,15 @@ def _lags(found):
 
 
 def lags_of(found):
-    """Each with its interval, if the steps tell them apart."""
+    """The lags, each with its interval if the steps separate them."""
     values = _lags(found)
     apart = max(found.halves.values()) < APART * found.whole
     text = ", ".join(f"{name} {1e3 * value:.2f} ms" + (f" +- {1e3 * found.halves[name]:.2g}" if apart and found.halves[name] else "") for name, value in values.items())
-    return f"lags: {text}; {1e3 * found.whole:.3g} ms in all" + ("" if apart else ". The sum is sure; which lag is whose is not (known in rig.yaml tells)")
+    return f"lags: {text}; {1e3 * found.whole:.3g} ms in all" + ("" if apart else ". The sum is certain, the parts are not (set known in rig.yaml)")
 
 
 def registers(rig, made, per_n):
-    """For a drive of this project: what its bus needs beside the loop. A drive takes tick and sample time only together."""
+    """For a drive of this project: the registers besides the loop. A drive accepts tick and sample time only together."""
     keys = {"sample_time_s": made["sample_time_s"], "drive.period_us": round(1e6 * rig.sample_time_s), "drive.command_n_per_unit": abs(1 / per_n), "drive.command_reversed": int(per_n < 0),
             "drive.full_scale_n": made["limits"]["full_scale_N"]}
     if keys["drive.period_us"] < BUDGET_US:

@@ -1,4 +1,4 @@
-"""rig.yaml: what the owner of a rig knows of it."""
+"""rig.yaml: what the owner knows about a rig."""
 
 from pathlib import Path
 from typing import Annotated, Literal, Optional
@@ -25,7 +25,7 @@ class Force(Strict):
         if not self.high_N - self.low_N >= RANGE_MIN:
             raise ValueError(f"high_N: value {self.high_N:g}: must be above low_N, {self.low_N:g}, by at least {RANGE_MIN:g} N")
         if not self.high_N > 0:
-            raise ValueError(f"high_N: value {self.high_N:g}: must be above 0; turn the signs of command and force where the rig only pulls")
+            raise ValueError(f"high_N: value {self.high_N:g}: must be above 0; change the signs of command and force if the rig only pulls")
         return self
 
     @property
@@ -38,7 +38,7 @@ class Task(Force):
 
 
 class Log(Strict):
-    """How to read a log; as --column, --unit and --scale of tribo-identify."""
+    """How to read a log, like --column, --unit and --scale of tribo-identify."""
 
     columns: dict[Literal["t", "u", "F"], str] = {}
     units: dict[Literal["t", "F"], str] = {}
@@ -47,11 +47,11 @@ class Log(Strict):
 
 
 class Known(Strict):
-    """What need not be found, as it is in a data sheet or was measured."""
+    """Values that need not be identified, because a data sheet has them or they were measured."""
 
     actuator_pole_rad_per_s: Optional[Pole] = None
     sensor_pole_rad_per_s: Optional[Pole] = None
-    command: bool = False  # command_per_N is right and u has no bias, so that L+ and L- can be told apart
+    command: bool = False  # command_per_N is right and u has no bias, so that L+ and L- can be separated
 
 
 class Rig(Strict):
@@ -76,7 +76,7 @@ class Rig(Strict):
     @classmethod
     def _holds_0(cls, force):
         if force.low_N > 0:
-            raise ValueError(f"low_N: value {force.low_N:g}: must be 0 or less: an experiment begins and ends without a command, at 0 N: say low_N: 0, and task: "
+            raise ValueError(f"low_N: value {force.low_N:g}: must be 0 or less: an experiment begins and ends without a command, at 0 N: set low_N: 0, and task: "
                              f"{{low_N: {force.low_N:g}, high_N: {force.high_N:g}}}")
         return force
 
@@ -94,7 +94,7 @@ class Rig(Strict):
         return "calibrated" if self.known.command else "symmetric"
 
     def words(self):
-        """Of tribo-sim log."""
+        """The options for tribo-sim log."""
         words = [w for role, name in self.log.columns.items() for w in ("--column", f"{role}={name}")]
         words += [w for role, unit in self.log.units.items() for w in ("--unit", f"{role}={unit}")]
         words += [w for role, scale in {**self.log.scales, "u": self.log.scales.get("u", 1.0) / self.command_per_N}.items() for w in ("--scale", f"{role}={scale:.12g}")]

@@ -2,9 +2,9 @@
 
     u = J a + load(q) + side (friction + slope |J a + load(q)| + viscous |v|)
 
-while the joint slides: inertia and load, a polynomial of q, belong to a log, friction to the joint. Rows within half a window of a stop are left out, as nobody
-knows what sticking friction is there. What a joint needs to start is read where it has rested and u grew slowly. Intervals are of 95 %, from how the strokes
-differ (sandwich with a stroke as a cluster) and from how the estimate changes with the window and with what is left out.
+while the joint slides: inertia and load, a polynomial of q, belong to a log, friction to the joint. Rows within half a window of a stop are left out, because
+sticking friction is unknown there. The effort that starts a joint is read where it has rested and u grew slowly. Intervals are 95 %, from the differences between
+strokes (sandwich with a stroke as a cluster) and from how the estimate changes with the window and with the rows left out.
 """
 
 from dataclasses import dataclass, field, replace
@@ -87,12 +87,12 @@ class Found:
 
 
 def noise_of(q):
-    """Its standard deviation, where neighbours are independent; some tenths of a count for an encoder."""
+    """The standard deviation of the noise, if neighbours are independent; some tenths of a count for an encoder."""
     return float(1.4826 * np.median(np.abs(np.diff(q, 2))) / np.sqrt(6)) if len(q) > 2 else 0.0
 
 
 def quantum(q):
-    """The least change that is one: a count of the encoder, or four deviations of a reading's noise."""
+    """The least real change: a count of the encoder, or four standard deviations of a reading's noise."""
     steps = np.abs(np.diff(q))
     steps = steps[steps > 1e-9 * max(np.ptp(q), 1e-30)]
     least, noise = float(np.percentile(steps, 5)) if len(steps) else 0.0, noise_of(q)
@@ -100,7 +100,7 @@ def quantum(q):
 
 
 def strokes_of(q, travel, number):
-    """From a reversal to the next, with a play of a travel."""
+    """The strokes, each from one reversal to the next, with a play of a travel."""
     out, held, first, way = [], q[0], 0, 0
     top = q[0]
     top_at = 0
@@ -118,7 +118,7 @@ def strokes_of(q, travel, number):
 
 
 def moving_ticks(q, stroke):
-    """Of the middle 80 % of its way, over 0.8."""
+    """The time of the middle 80 % of the stroke, divided by 0.8."""
     part = stroke.way * (q[stroke.first:stroke.last + 1] - q[stroke.first])
     inside = (part > 0.1 * part[-1]) & (part < 0.9 * part[-1])
     return max(int(np.count_nonzero(inside) / 0.8), 1)
@@ -126,7 +126,7 @@ def moving_ticks(q, stroke):
 
 @dataclass
 class Rows:
-    """Of all strokes: what a regression takes."""
+    """The rows of all strokes for a regression."""
 
     u: np.ndarray
     q: np.ndarray
@@ -223,7 +223,7 @@ def with_slope(rows, fit, knee, kind):
 
 @dataclass
 class Shape:
-    """What the strokes tell of the law: the speed at which friction falls, or 0; the load that it grows with, an index of Fit.loads, or None."""
+    """What the strokes show of the law: the speed at which friction falls, or 0; and the load that it grows with, an index of Fit.loads, or None."""
 
     knee: float
     load: int | None
@@ -247,8 +247,8 @@ def fitted(rows, shape):
 
 
 def starts_of(logs, strokes, fit_at, level, count):
-    """What holds a resting joint at most, (least, most) of each slow start: effort against the load where it began to move. Under an effort that grows evenly the way is
-    rate t^3 / 6 J from there: so long before the encoder tells."""
+    """The effort that a resting joint holds at most, (least, most) of each slow start: effort less the load where it began to move. Under an evenly growing effort the joint
+    moves by rate t^3 / 6 J from there, so it began that long before the encoder shows it."""
     out = []
     for stroke in strokes:
         s, way = logs[stroke.log], stroke.way
@@ -267,7 +267,7 @@ def starts_of(logs, strokes, fit_at, level, count):
 
 
 def with_interval(index, fit, others, floor):
-    """Of 95 %: by how the strokes differ, by what other windows and speeds would say, and by what no law explains."""
+    """The 95 % intervals, from the differences between strokes, the results of other windows and speeds, and the residual that no law explains."""
     value = float(fit.values[index])
     spread = max((abs(float(other.values[index]) - value) for other in others), default=0.0)
     return Estimate(value, float(np.sqrt((student.ppf(0.975, fit.dof) * fit.errors[index]) ** 2 + spread**2 + floor**2)))
@@ -280,16 +280,16 @@ def _refuse(cause, text):
 def _refuse_limited(s, effort_max):
     most = float(np.max(np.abs(s.u)))
     if most > BEYOND * effort_max:
-        _refuse("units", f"{s.file}: u goes to {most:.4g}, and effort_max is {effort_max:.4g}: another column (log.columns.u), another unit (log.scales.u), or effort_max in joint.yaml is wrong")
+        _refuse("units", f"{s.file}: u reaches {most:.4g}, and effort_max is {effort_max:.4g}: u is another column (log.columns.u) or in another unit (log.scales.u), or effort_max in joint.yaml is wrong")
     share = float(np.mean(np.abs(s.u) > LIMIT * effort_max))
     if share > LIMITED:
-        _refuse("saturated", f"{s.file}: u stands at effort_max, {effort_max:.4g}, in {100 * share:.2g} % of the rows: the joint gets less than it takes to follow. Move it more slowly, or with less load")
+        _refuse("saturated", f"{s.file}: u is at effort_max, {effort_max:.4g}, in {100 * share:.2g} % of the rows, so the joint cannot follow. Move it more slowly, or with less load")
 
 
 def _strokes(logs, travel):
     for s in logs:
         if not np.ptp(s.u) > 0:
-            _refuse("silent", f"{s.file}: u does not change: it must be what your loop puts out (log.columns.u)")
+            _refuse("silent", f"{s.file}: u does not change: it must be the output of your loop (log.columns.u)")
         if not np.ptp(s.q) > 0:
             _refuse("silent", f"{s.file}: q does not change: the joint did not move, or q is another column (log.columns.q)")
     strokes = [stroke for number, s in enumerate(logs) for stroke in strokes_of(s.q, travel, number)]
@@ -297,14 +297,14 @@ def _strokes(logs, travel):
     if min(ways) < STROKES_MIN:
         longest = max(float(np.ptp(s.q)) for s in logs)
         if longest < TRAVELS_MIN * travel:
-            _refuse("few loads", f"the joint moves by {longest:.4g}, and {travel:.4g} is the least motion that is no noise: it must move by {TRAVELS_MIN} times that, {TRAVELS_MIN * travel:.4g}, "
+            _refuse("few loads", f"the joint moves by {longest:.4g}, and {travel:.4g} is the least motion above noise: it must move by {TRAVELS_MIN} times that, {TRAVELS_MIN * travel:.4g}, "
                                  "each way. Play larger strokes")
-        _refuse("one direction", f"there are {ways[0]} strokes up and {ways[1]} down, of {TRAVELS_MIN * travel:.4g} or more; {STROKES_MIN} each way are needed. Swing the joint to and fro")
+        _refuse("one direction", f"there are {ways[0]} strokes up and {ways[1]} down, of {TRAVELS_MIN * travel:.4g} or more; {STROKES_MIN} each way are needed. Swing the joint back and forth")
     return strokes
 
 
 def identify(logs, effort_max, travel=0.0):
-    """Found, of logs with file, u, q and h. Raises Refusal, with what the logs lack."""
+    """Returns Found for logs with file, u, q and h. Raises Refusal with what the logs lack."""
     try:
         return _identify(logs, effort_max, travel)
     except Refusal as refusal:
@@ -318,7 +318,7 @@ def _refuse_exchanged(logs):
         _identify([replace(s, u=s.q, q=s.u) for s in logs], np.inf, 0.0)
     except Refusal:
         return
-    _refuse("exchanged", "u and q are exchanged: as they are named no law of friction makes these logs, the other way round one does. Look at log.columns")
+    _refuse("exchanged", "u and q are exchanged: as named, no friction law explains these logs; exchanged, one does. Check log.columns")
 
 
 def _identify(logs, effort_max, travel):
@@ -352,7 +352,7 @@ def _identify(logs, effort_max, travel):
 
 
 def _estimates(rows, others, shape):
-    """The fit, the mean load, what is left, and (friction, viscous, slope or None) with their intervals."""
+    """Returns the fit, the mean load, the residual, and (friction, viscous, slope or None) with their intervals."""
     fit, others = fitted(rows, shape), [fitted(other, shape) for other in others]
     left, load = float(np.sqrt(np.mean(fit.left**2))), float(np.mean(np.abs(fit.loads[shape.load or 0])))
     floor = float(np.hypot(LEFT_PART * left, LAW * fit.values[0]))
@@ -363,19 +363,19 @@ def _estimates(rows, others, shape):
 
 def _judge(friction, level, left, jumps):
     if friction.value + friction.half < 0 and left < LEFT * abs(level):
-        _refuse("sign", "moving the joint gives energy: u and q have opposite signs. Turn one of them, by log.scales: {u: -1}")
+        _refuse("sign", "moving the joint gives energy: u and q have opposite signs. Change one sign, by log.scales: {u: -1}")
     if left > NOTHING * abs(level) or not friction.is_sure:
-        _refuse("no stiction", f"no friction found: {friction.text()}, beside {left:.2g} rms that no law of friction explains. There is nothing that compensation could take out; where you know better, look "
-                               "whether u is what the loop puts out (log.columns.u), and whether a hand was at the joint")
+        _refuse("no stiction", f"no friction found: {friction.text()}, with {left:.2g} rms that no friction law explains. There is nothing to compensate; if you know better, check "
+                               "whether u is the loop's output (log.columns.u), and whether a hand touched the joint")
     if left > LEFT * abs(level) and jumps > RATTLES * abs(level):
-        _refuse("jumps", f"u jumps by {jumps:.3g} rms from tick to tick, beside {level:.3g} of friction: your loop rattles. Lower its gain on speed or filter the speed, and record again")
+        _refuse("jumps", f"u jumps by {jumps:.3g} rms from tick to tick, with {level:.3g} of friction: your loop rattles. Lower its gain on speed or filter the speed, and record again")
     if left > LEFT * abs(level):
-        _refuse("model", f"no law of friction makes these logs: {left:.3g} of effort are left, rms, beside {level:.3g} of friction. Did a hand or a stop touch the joint, does another joint move it, "
+        _refuse("model", f"no friction law explains these logs: {left:.3g} rms of effort remain, with {level:.3g} of friction. Did a hand or a stop touch the joint, does another joint move it, "
                          "or is u another column (log.columns.u)?")
 
 
 def _breakaway(starts, level):
-    """None where slow starts are too few, or where the joint yields before it slides: it would be less than what slides then."""
+    """The starting effort, or None if there are too few slow starts, or if the joint yields before it slides: it would then be less than sliding friction."""
     if len(starts) < STARTS_MIN:
         return None
     low, high = np.array(starts).T

@@ -1,4 +1,4 @@
-"""What the best law of friction leaves in a log beyond noise and steps of the sensor: how large it is, what it goes with, and what it makes in the loop."""
+"""The residual of the best law of friction in a log beyond noise and steps of the sensor: its size, what it follows, and its effect in the loop."""
 
 from dataclasses import dataclass
 
@@ -6,14 +6,14 @@ import numpy as np
 
 from tribo_identify import accept, bins, slides
 
-NAMED = 0.3  # of what is left: a cause that goes with less is not named
+NAMED = 0.3  # fraction of the residual: a cause that explains less is not named
 CLASSES = 24  # of force, and of time
 ALIKE = 5  # averages in a row that tell no more than one
 LEAST = 0.05  # of breakaway: F that goes back by less has not turned
-BACKLASH = "F after it turns, where it stays longer than the law has it: backlash, or a joint with play"
-BUILDS_UP = "F after it turns, where it comes sooner than the law has it: friction that builds up, or a soft part between motor and sensor"
+BACKLASH = "reversals of F, after which F stays longer than by the law: backlash, or a joint with play"
+BUILDS_UP = "reversals of F, after which F comes sooner than by the law: friction that builds up, or a soft part between motor and sensor"
 POSITION = "position, the same both ways: cogging, or a contact that bends"
-LOAD = "force: friction over load is no line"
+LOAD = "force: friction over load is not a line"
 TIME = "time: drift of the sensor, of the bias or of friction"
 
 
@@ -29,7 +29,7 @@ class Left:
 
 
 def of(segment, model, readings, level):
-    """`model` is F of the law, a row for each of the segment; `level` breakaway in the middle."""
+    """`model` is F by the law, for each row of the segment; `level` is breakaway in the middle."""
     size = bins.bin_size(segment.h)
     error, force = bins.binned(segment.force - model, size), bins.binned(segment.force, size)
     left = Left(bins.beyond(error, readings, size), size * segment.h, [])
@@ -39,7 +39,7 @@ def of(segment, model, readings, level):
 
 
 def _by_class(error, group):
-    """Share of the squares that the means of classes explain, without what chance gives them."""
+    """Share of the squares that the means of classes explain, less the share by chance."""
     groups = np.unique(group, return_inverse=True)[1]
     count = np.bincount(groups)
     between = np.sum(np.bincount(groups, error) ** 2 / count) / max(float(np.sum(error**2)), 1e-300)
@@ -48,13 +48,13 @@ def _by_class(error, group):
 
 
 def _at_turns(error, turned):
-    """Share of the squares that is there beyond what their share of the rows would be."""
+    """Share of the squares in these rows beyond their share of the rows."""
     rows = float(np.mean(turned))
     return max((float(np.sum(error[turned] ** 2) / max(np.sum(error**2), 1e-300)) - rows) / max(1 - rows, 1e-3), 0.0)
 
 
 def _causes(error, force, level):
-    """Of averages: what they go with."""
+    """The causes that the averages follow."""
     way, gone = np.zeros(len(force)), np.full(len(force), np.inf)
     for w, first, last in slides.turns(force, 10 * bins.noise_of(force) + LEAST * level):
         way[first : last + 1], gone[first : last + 1] = w, np.abs(force[first : last + 1] - force[first])
@@ -67,7 +67,7 @@ def _causes(error, force, level):
 
 
 def in_loop(loop, left):
-    """What the loop leaves of it in r - F, rms in N: it is played as a reference on the same plant without friction, as both go through the loop alike."""
+    """The residual's effect on r - F, rms in N. It is played as a reference on the same plant without friction, because the loop treats both alike."""
     if left.rms == 0.0:
         return 0.0
     return accept.echo(loop, left.trace, left.h)
