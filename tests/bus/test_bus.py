@@ -227,7 +227,7 @@ def test_wrong_words_are_said(drive):
     assert "params frobnicate: get, set, save" in drive.link("params", "frobnicate", status=2)
     assert "params: get, set, save" in drive.link("params", status=2)
     assert "there is no command frobnicate" in drive.link("frobnicate", status=2)
-    assert "there is no signal q_N" in drive.link("trace", "--signals", "q_N", status=2)
+    assert "unknown signal q_N" in drive.link("trace", "--signals", "q_N", status=2)
     assert "reference 7: outside -2 to 2 N (limits.input_max_N)" in drive.link("reference", 7, status=2)
     assert "no answer from unit 9" in drive.link("-u", 9, "status", status=2)
     drive.port = "/dev/no/such/line"

@@ -196,7 +196,7 @@ def test_a_reference_of_the_command_line(serve):
     served = serve(arguments=("--reference", "0.25"))
     served.link("start")
     message = served.link("reference", 0.5, status=2)  # not even for the tick that it might come into
-    assert "reference: not taken; a drive that was started with --reference takes none of the bus" in message
+    assert "reference: not taken; a drive that was started with --reference takes none from the bus" in message
     served.pass_ticks(100)
     assert served.value("r_N") == 0.25
 
@@ -282,7 +282,7 @@ def test_nobody_goes_beyond_the_configuration(serve):
         served.link("params", "set", "limits.u_max_N=2.5", status=2)
     for ticks, other, allowed in [("drive.period_us=500", [], "1000 to 1000"), ("sample_time_s=0.0005", [], "0.001 to 0.001"),
                                   ("drive.period_us=500", ["sample_time_s=0.0005"], "1000 to 1000")]:
-        assert f"{ticks.replace('=', ' = ')} is refused, the drive goes on as it was: {allowed}; no set changes the ticks of a drive" in \
+        assert f"{ticks.replace('=', ' = ')} is refused, the drive goes on as it was: {allowed}; no set can change the ticks of a drive" in \
             served.link("params", "set", ticks, *other, status=2)
     assert "drive.command_limit_ms = 0 is refused, the drive goes on as it was: 1 to 500\n" in \
         served.link("params", "set", "drive.command_limit_ms=0", status=2)

@@ -163,7 +163,7 @@ def test_it_ends_where_another_service_answers(kind):
 
 def test_the_words_say_who_answers():
     with listening(ssh) as port:
-        assert "what came is not Modbus" in link("-d", f"tcp:127.0.0.1:{port}")[1]
+        assert "the answer is not Modbus" in link("-d", f"tcp:127.0.0.1:{port}")[1]
     with listening(another_unit) as port:
         assert "no answer from unit 1: unit 2 answers" in link("-d", f"tcp:127.0.0.1:{port}")[1]
     with listening(another_device) as port:

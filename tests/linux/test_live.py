@@ -243,7 +243,7 @@ def test_help_of_a_command_shows_its_own_and_no_other_is_taken():
     assert options_of("serve") == {"allow", "listen", "rate"} | common
     commands = re.findall(r"^  ([a-z]+)", subprocess.run([LINK, "--help"], capture_output=True, text=True, check=True).stdout, re.M)
     assert set().union(*(options_of(command) for command in commands)) == options_of()
-    for words, text in ((("start", "--level", "3"), "--level is not of start"), (("--listen", "x:1", "status"), "--listen is not of status"),
+    for words, text in ((("start", "--level", "3"), "start has no option --level"), (("--listen", "x:1", "status"), "status has no option --listen"),
                         (("fly", "--help"), "there is no command fly"), (("a(", "--help"), "there is no command a("), (("fly",), "there is no command fly")):
         done = subprocess.run([LINK, *words], capture_output=True, text=True, check=False)
         assert done.returncode == 2 and text in done.stderr and done.stdout == ""

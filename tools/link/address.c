@@ -9,7 +9,7 @@
 
 #define PORT_MAX 65535u
 
-/// Where the host ends; null after a complaint. `text` is behind an opening bracket where there was one.
+/// Returns the end of the host, or null after a complaint. `text` starts after the opening bracket, if there is one.
 static const char *end_of_host(const char *name, const char *text, bool is_in_brackets)
 {
     const char *end = text + strcspn(text, is_in_brackets ? "]" : ":");

@@ -14,8 +14,8 @@ typedef struct
     char port[6];
 } link_address_t;
 
-/// Reads `text` and looks its host up; `name` begins the complaint, with the field and the range. A null `port` must be given.
-/// `lowest` is the least port that makes sense: 0 where any free one will do. Null after a complaint, else for freeaddrinfo.
+/// Reads `text` and looks its host up; `name` begins the complaint, with the field and the range. If `port` is null, the text must have one.
+/// `lowest` is the lowest valid port, 0 if any free port will do. Returns null after a complaint, or a list for freeaddrinfo.
 struct addrinfo *link_address_find(const char            *name,
                                    const char            *text,
                                    const char            *port,

@@ -78,8 +78,8 @@ static void pause_ms(long ms)
 
 // --- the time of an exchange ---------------------------------------------------------------------------------------
 //
-// libmodbus waits for the first byte of an answer and anew for each that follows, and reads what it does not want to its end: who
-// sends a byte now and then, or without end, would keep it for ever. A timer then takes the descriptor from under it.
+// libmodbus waits for the first byte of an answer and again for each that follows, and reads unwanted data to its end: a device
+// that sends a byte now and then, or endlessly, would block it for ever. A timer then replaces its descriptor.
 
 static int                   nowhere = -1; ///< /dev/null
 static volatile sig_atomic_t guarded = -1; ///< the descriptor of the exchange
@@ -108,7 +108,7 @@ static void set_timer(double s)
     (void)setitimer(ITIMER_REAL, &time, NULL);
 }
 
-/// What follows on the line has `s` from now on. Ends with end_exchange.
+/// Limits the following exchange on the line to `s` from now on. end_exchange ends it.
 static void begin_exchange(modbus_t *modbus, double s)
 {
     is_cut  = 0;
@@ -116,7 +116,7 @@ static void begin_exchange(modbus_t *modbus, double s)
     set_timer(s);
 }
 
-/// The result of the exchange; errno is ETIMEDOUT if its time was over.
+/// Returns the result of the exchange; errno is ETIMEDOUT if its time ran out.
 static int end_exchange(int got)
 {
     const int error = errno;
@@ -126,7 +126,7 @@ static int end_exchange(int got)
     return is_cut != 0 ? -1 : got;
 }
 
-/// With the wait that follows a bad answer.
+/// Includes the wait that follows a bad answer.
 static void begin_frame(const link_bus_t *bus)
 {
     begin_exchange(bus->modbus, 2.0 * RESPONSE_S + bus->frames_s);
@@ -146,7 +146,7 @@ static bool is_exception(int error)
     return error > MODBUS_ENOBASE && error < EMBBADCRC;
 }
 
-/// Of reads, and of writes that may come twice. A network loses nothing.
+/// The trials of reads, and of writes that may arrive twice. A network loses nothing.
 static bool is_lost(const link_bus_t *bus, int trial)
 {
     return bus->lock >= 0 && is_cut == 0 && !is_exception(errno) && trial + 1 < TRIALS;
@@ -243,7 +243,7 @@ bool link_bus_state(link_bus_t *bus, const char *name, uint32_t *word)
 
 // --- commands ------------------------------------------------------------------------------------------------------
 
-/// Which param was refused, by the drive's own words.
+/// Names the refused param, with the drive's own range.
 static bool complain_of_set(link_bus_t *bus)
 {
     enum
@@ -266,7 +266,7 @@ static bool complain_of_set(link_bus_t *bus)
                          (strcmp(row->name, "sample_time_s") == 0 || strcmp(row->name, "drive.period_us") == 0);
     if (is_tick)
     {
-        more = "no set changes the ticks of a drive, its image or configuration does";
+        more = "no set can change the ticks of a drive; its image or configuration does";
     }
     const char *comma    = more[0] != '\0' ? "; " : "";
     const bool  can_be_0 = row != NULL && row->can_be_0 && link_float(said[VALUE]) != 0.0f; // a ceiling may forbid that
@@ -280,7 +280,7 @@ static bool complain_of_set(link_bus_t *bus)
                          more);
 }
 
-/// What a set that was not applied would have changed.
+/// Reports the change that the refused set would have made.
 static bool complain_of_protection(link_bus_t *bus, bool runs)
 {
     uint32_t said[5] = {0}; // as in complain_of_set
@@ -296,7 +296,7 @@ static bool complain_of_protection(link_bus_t *bus, bool runs)
                          runs ? "; stop the drive first" : "; the drive is locked");
 }
 
-/// Each register that protects and is staged otherwise than the drive has it.
+/// Prints each protection register whose staged value differs from the drive's.
 static bool say_changes(link_bus_t *bus)
 {
     size_t            count;
@@ -347,7 +347,7 @@ static bool wait_for_outcome(link_bus_t *bus, uint32_t *outcome)
         if (is_late)
         {
             return got < 0 ? fail(bus, "waiting for the end of a command")
-                           : link_complain("%s: unit %d is busy with the command for more than %g s",
+                           : link_complain("%s: unit %d has been busy with the command for more than %g s",
                                            bus->device,
                                            bus->unit,
                                            OUTCOME_S);
@@ -356,7 +356,7 @@ static bool wait_for_outcome(link_bus_t *bus, uint32_t *outcome)
     }
 }
 
-/// Sends a command; its outcome.
+/// Sends a command and returns its outcome.
 static bool execute(link_bus_t *bus, unsigned command, const char *what, uint32_t *outcome)
 {
     int got = -1;
@@ -490,7 +490,7 @@ static bool complain_of_holder(const link_bus_t *bus)
                       : link_complain("%s: in use by another program", bus->device);
 }
 
-/// Two programs on a line would read each other's answers.
+/// Locks the line, because two programs on it would read each other's answers.
 static bool lock_line(const link_bus_t *bus)
 {
     const double end_s = common_clock_s() + LOCK_WAIT_S;
@@ -509,8 +509,8 @@ static bool lock_line(const link_bus_t *bus)
     return true;
 }
 
-/// A drive serves one client at a time and is busy for a second one: waits for its turn. On a loaded machine the drive may
-/// have had none for RESPONSE_S: it is asked again.
+/// Waits for a turn, because a drive serves one client at a time. On a loaded machine the drive itself may not run for
+/// RESPONSE_S, so it is asked again.
 static bool connect_network(const link_bus_t *bus)
 {
     const double end_s = common_clock_s() + LOCK_WAIT_S;
@@ -536,14 +536,14 @@ static bool connect_network(const link_bus_t *bus)
             return link_complain("%s: no answer from unit %d, or it serves another program%s",
                                  bus->device,
                                  bus->unit,
-                                 is_foreign ? "; what came is not Modbus" : "");
+                                 is_foreign ? "; the answer is not Modbus" : "");
         }
         modbus_close(bus->modbus);
         pause_ms(LOCK_LOOK_MS);
     }
 }
 
-/// libmodbus compares the unit of an answer on a line alone, and half of the protocol.
+/// libmodbus compares the unit of an answer only on a serial line, and only half of the protocol number.
 static bool check_unit(link_bus_t *bus)
 {
     enum
@@ -562,7 +562,7 @@ static bool check_unit(link_bus_t *bus)
     }
     if (answer[PROTOCOL_AT] != 0u || answer[PROTOCOL_AT + 1] != 0u)
     {
-        return link_complain("%s: no answer from unit %d; what came is not Modbus", bus->device, bus->unit);
+        return link_complain("%s: no answer from unit %d; the answer is not Modbus", bus->device, bus->unit);
     }
     return answer[UNIT_AT] == bus->unit ||
            link_complain("%s: no answer from unit %d: unit %d answers", bus->device, bus->unit, answer[UNIT_AT]);
@@ -590,7 +590,7 @@ bool link_bus_rest(link_bus_t *bus, int ms)
     return link_bus_take(bus);
 }
 
-/// Not connected; null after a complaint.
+/// Makes a context that is not connected; null after a complaint.
 static modbus_t *make_modbus(const char *device, int unit, int baud)
 {
     modbus_t      *modbus = NULL;

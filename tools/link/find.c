@@ -10,7 +10,7 @@ static const char *const places[] = {"/dev/ttyUSB*", "/dev/ttyACM*"};
 
 #define HERE "tcp:127.0.0.1:1502" // bus.port of a drive on Linux, if its configuration has no other
 
-/// Calls `take` with each device that answers; how many they are.
+/// Calls `take` with each device that answers, and returns their number.
 static int find(int unit, int baud, void (*take)(void *context, const char *device), void *context)
 {
     glob_t found = {.gl_pathc = 0};

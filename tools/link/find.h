@@ -7,10 +7,10 @@
 
 #define LINK_DEVICE_MAX 256
 
-/// The one where a drive answers. False after a complaint if there is none, or more than one.
+/// Finds the only device where a drive answers. Returns false after a complaint if there is none, or more than one.
 bool link_find_device(char device[LINK_DEVICE_MAX], int unit, int baud);
 
-/// All of them, a line each. False after a complaint if there is none.
+/// Prints all of them, one per line. Returns false after a complaint if there is none.
 bool link_print_devices(int unit, int baud);
 
 #endif

@@ -299,22 +299,23 @@ static void print_words(void)
     (void)fputs(
         "\n## Commands\n\nWritten to 0x0100, the only register of 16 bits, by function 6 or 16. A command that the "
         "drive "
-        "refuses is\nanswered by exception 4 (or 6: later) and `outcome` says why.\n\n| command | what |\n|---|---|\n",
+        "refuses is\nanswered by exception 4 (or 6: later) and `outcome` says why.\n\n| command | effect "
+        "|\n|---|---|\n",
         stdout);
 #define COMMAND(symbol, number, text) (void)printf("| %d | %s |\n", number, text);
     REGISTERS_COMMANDS(COMMAND)
 #undef COMMAND
-    (void)fputs("\n| `outcome` | what |\n|---|---|\n", stdout);
+    (void)fputs("\n| `outcome` | meaning |\n|---|---|\n", stdout);
     int outcome = 0;
 #define OUTCOME(symbol, text) (void)printf("| %d | %s |\n", outcome++, text);
     REGISTERS_OUTCOMES(OUTCOME)
 #undef OUTCOME
-    (void)fputs("\n| `fault` | what |\n|---|---|\n", stdout);
+    (void)fputs("\n| `fault` | meaning |\n|---|---|\n", stdout);
     for (int fault = 0; fault < DRIVE_FAULTS; fault++)
     {
         (void)printf("| %d | %s |\n", fault, drive_fault_text((drive_fault_t)fault));
     }
-    (void)fputs("\n| bit of `warnings` | what |\n|---|---|\n", stdout);
+    (void)fputs("\n| bit of `warnings` | meaning |\n|---|---|\n", stdout);
     for (unsigned bit = 1; bit < DRIVE_WARNINGS_END; bit <<= 1)
     {
         (void)printf("| %u | %s |\n", bit, drive_warning_text((drive_warning_t)bit));
@@ -331,10 +332,10 @@ void link_print_markdown(void)
         "the "
         "command has 32 bits:\ntwo Modbus registers, the high one at the address given, the low one at the next. A "
         "write "
-        "must hold both. A number that is infinite, none (NaN) or too tiny to be meant is\nrefused with exception 3, "
+        "must hold both. A number that is infinite, NaN or implausibly small is\nrefused with exception 3, "
         "as it usually means that words or bytes are in the wrong order: a force below %.0e N, a param below %.0e,\nin "
         "a section or the table below %.0e. 0 is taken, and a master that computes r rounds it. -0 counts as 0. "
-        "[firmware/README.md](../firmware/README.md)\nsays what the registers do together.\n\n"
+        "[firmware/README.md](../firmware/README.md)\nexplains how the registers work together.\n\n"
         "## Params\n\nThe staged set is read and written at these addresses. The set that the drive runs with is read "
         "at "
         "an address 0x%04x higher. Names are keys\nof a scenario, or `drive.` and a field of firmware/app/config.h. Of "
@@ -366,7 +367,7 @@ void link_print_markdown(void)
         REGISTERS_CLIENT_S);
     print_group(LINK_PARAM);
     print_words();
-    (void)fputs("\n## Requests\n\nRead and written.\n\n| name | address | type | unit | default | what "
+    (void)fputs("\n## Requests\n\nThese can be read and written.\n\n| name | address | type | unit | default | what "
                 "|\n|---|---|---|---|---|---|\n",
                 stdout);
     print_group(LINK_REQUEST);
@@ -375,13 +376,14 @@ void link_print_markdown(void)
         stdout);
     print_group(LINK_STATE);
     (void)printf(
-        "\n## Changes of what protects\n\nRead only. The change whose number is n, from 0, is at element n modulo %u; "
-        "`protection_changes` are there so far.\n\n| name | address | type | unit | what |\n|---|---|---|---|---|\n",
+        "\n## Protection changes\n\nRead only. The change whose number is n, from 0, is at element n modulo %u; "
+        "`protection_changes` counts them.\n\n| name | address | type | unit | what |\n|---|---|---|---|---|\n",
         REGISTERS_CHANGES);
     print_group(LINK_CHANGE);
-    (void)fputs("\n## Signals\n\nOf the last tick, read only; their order is that of `trace.signals`.\n\n| name | "
-                "address | type | unit | what |\n|---|---|---|---|---|\n",
-                stdout);
+    (void)fputs(
+        "\n## Signals\n\nThese are of the last tick and read only; their order is that of `trace.signals`.\n\n| name | "
+        "address | type | unit | what |\n|---|---|---|---|---|\n",
+        stdout);
     print_group(LINK_SIGNAL);
     (void)printf("\n## Trace window\n\nAt 0x%04x, %u values of 32 bits (float32, N), read only: those of sample "
                  "`trace.position`, then those "

@@ -12,7 +12,7 @@ typedef enum
     LINK_STATE,
     LINK_SIGNAL,
     LINK_REQUEST,
-    LINK_CHANGE, ///< of what protects
+    LINK_CHANGE, ///< a protection change
     LINK_PARAM   ///< at its address in the staged set
 } link_group_t;
 
@@ -32,14 +32,14 @@ typedef struct
 /// All rows, by group and address; `*count` of them.
 const link_row_t *link_list(size_t *count);
 
-/// Null if there is no such name.
+/// Returns null if there is no such name.
 const link_row_t *link_find(const char *name);
 const link_row_t *link_at(uint16_t address);
 
 /// The first name that has `part` in it, of any group or, if `params_only`, of a param; null if none has.
 const char *link_nearest(const char *part, bool params_only);
 
-/// What else of the lists a program needs that includes libmodbus, whose names are those of the drive's own server.
+/// Further values of the lists, for a program that includes libmodbus, whose names collide with those of the drive's server.
 extern const uint16_t link_command_at, link_window_at;
 extern const uint16_t link_active_offset;              ///< of the set that the drive runs with, from the staged one
 extern const unsigned link_apply, link_stop;           ///< commands
@@ -60,7 +60,7 @@ typedef enum
 
 #define LINK_WINDOW 62u ///< words
 
-/// All registers as a page in Markdown, on standard output.
+/// Prints all registers as a page in Markdown.
 void link_print_markdown(void);
 
 #endif

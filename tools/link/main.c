@@ -42,11 +42,11 @@ typedef struct
     uint64_t       decimation, after;
     bool           acknowledge, markdown;
     bool           wants_help;
-    uint32_t       given;    ///< options, a bit each in the order of `known`
+    uint32_t       given;    ///< the given options, one bit each in the order of `known`
     bool           is_short; ///< no command: the state in a few lines
     status_watch_t watching;
     const char    *listen, *allow;
-    char          *words[WORDS_MAX]; ///< the command and what it is about
+    char          *words[WORDS_MAX]; ///< the command and its arguments
     int            count;
 } options_t;
 
@@ -57,7 +57,7 @@ static uint16_t active_at(const link_row_t *row)
     return (uint16_t)(row->address + (REGISTERS_ACTIVE_AT - REGISTERS_STAGED_AT));
 }
 
-/// Digits that tell a register's values apart.
+/// The number of digits that distinguish a register's values.
 static int digits_of(const link_row_t *row)
 {
     return row->is_float ? 9 : 10;
@@ -93,7 +93,7 @@ static bool has_part(const link_bus_t *bus, size_t part)
     return (parts[part].at != REGISTERS_FEED_AT && parts[part].at != REGISTERS_GUARD_AT) || link_bus_feeds_forward(bus);
 }
 
-/// The whole set at `base`, as its words; what the drive has not is the default.
+/// Reads the whole set at `base` as words; params that the drive does not have get their defaults.
 static bool read_set(link_bus_t *bus, uint16_t base, params_t *params)
 {
     bool ok     = true;
@@ -308,7 +308,7 @@ static int set_params(link_bus_t *bus, const options_t *options)
     return ok && link_bus_apply(bus, "applying the params") ? 0 : EXIT_FAILED;
 }
 
-/// The drive's set with the loop of a scenario.
+/// Merges the loop of a scenario into the drive's set.
 static bool take_scenario(params_t *params, const char *path)
 {
     common_error_t       error = {""};
@@ -549,7 +549,7 @@ static int forget(link_bus_t *bus)
     return link_bus_command(bus, REGISTERS_FORGET, "forget") ? 0 : EXIT_FAILED;
 }
 
-/// Where the drive counts on its host, again and again: for --hold, or until a signal ends this program.
+/// Renews the reference if the drive waits for its host: for --hold, or until a signal ends this program.
 static bool renew_reference(link_bus_t *bus, uint32_t word, const options_t *options)
 {
     uint32_t     within_ms, state;
@@ -560,7 +560,7 @@ static bool renew_reference(link_bus_t *bus, uint32_t word, const options_t *opt
     }
     if (!link_bus_write(bus, link_find("reference")->address, &word, 1))
     {
-        return link_complain("reference: not taken; a drive that was started with --reference takes none of the bus");
+        return link_complain("reference: not taken; a drive that was started with --reference takes none from the bus");
     }
     if (within_ms == 0u)
     {
@@ -663,7 +663,7 @@ static void write_header(FILE *file, uint32_t signals)
 
 #define REST_MS 5
 
-/// What the trace holds, time 0 at its first sample.
+/// Writes the trace, with time 0 at its first sample.
 static bool write_samples(link_bus_t *bus, const trace_head_t *head, double interval_s, FILE *file)
 {
     const uint32_t held   = head->states[REGISTERS_STATE_trace_held];
@@ -733,7 +733,7 @@ static bool find_signal(const char *name, size_t length, uint32_t *place)
     }
     if (row == NULL || row->group != LINK_SIGNAL)
     {
-        return link_complain("there is no signal %.*s (tribo-link list shows them)", (int)length, name);
+        return link_complain("unknown signal %.*s (tribo-link list shows them)", (int)length, name);
     }
     *place = (uint32_t)(row->address - REGISTERS_SIGNALS_AT) / 2u;
     return true;
@@ -786,7 +786,7 @@ static bool arm(link_bus_t *bus, const options_t *options)
            link_bus_command(bus, REGISTERS_TRACE, "trace");
 }
 
-/// Until it is done, or the time is over; then it is stopped and has what came so far.
+/// Waits until the trace is done or the time is over; then the trace is stopped, with the samples so far.
 static bool wait_for_trace(link_bus_t *bus, double wait_s, trace_head_t *head)
 {
     const double end_s = common_clock_s() + wait_s;
@@ -802,7 +802,7 @@ static bool wait_for_trace(link_bus_t *bus, double wait_s, trace_head_t *head)
         }
         if (common_clock_s() >= end_s)
         {
-            (void)link_complain("trace: no trigger in %g s; what came last is written", wait_s);
+            (void)link_complain("trace: no trigger in %g s; the last samples are written", wait_s);
             return link_bus_command(bus, REGISTERS_TRACE_STOP, "trace") && read_head(bus, 0, head);
         }
         if (!link_bus_rest(bus, TRACE_LOOK_MS))
@@ -820,7 +820,7 @@ static int record_trace(link_bus_t *bus, const options_t *options)
                : EXIT_FAILED;
 }
 
-/// The cause, and with --out the trace that was kept for it.
+/// Prints the cause, and with --out writes the trace that was kept for it.
 static int show_fault(link_bus_t *bus, const options_t *options)
 {
     trace_head_t head;
@@ -905,7 +905,7 @@ static int perform(link_bus_t *bus, const options_t *options)
         {
             if (bus == NULL)
             {
-                return 0; // asked whether there is such a command
+                return 0; // the caller only asks whether the command exists
             }
             return commands[i].plain != NULL ? commands[i].plain(bus) : commands[i].with_options(bus, options);
         }
@@ -937,31 +937,31 @@ enum
     OPTION_VERSION
 };
 
-// clang-format off: one row an option. Its text begins with the commands that it is of; with none it is of all.
+// clang-format off: one row an option. Its text begins with its commands; without any it belongs to all.
 static const struct argp_option known[] = {
-    {.name = "device", .key = 'd', .arg = "DEVICE", .doc = "the serial line, or tcp:HOST[:PORT]; TRIBO_LINK_DEVICE if left out, else the one where a drive answers"},
+    {.name = "device", .key = 'd', .arg = "DEVICE", .doc = "the serial line, or tcp:HOST[:PORT]; if left out, TRIBO_LINK_DEVICE or the one where a drive answers"},
     {.name = "unit", .key = 'u', .arg = "1-247", .doc = "the drive's address, 1 if left out"},
     {.name = "baud", .key = OPTION_BAUD, .arg = "BAUD", .doc = "115200 if left out"},
-    {.name = "out", .key = 'o', .arg = "FILE.csv", .doc = "trace, fault: where the samples go; a trace's to standard output if left out"},
+    {.name = "out", .key = 'o', .arg = "FILE.csv", .doc = "trace, fault: the file for the samples; a trace's go to standard output if left out"},
     {.name = "signals", .key = OPTION_SIGNALS, .arg = "NAME,...", .doc = "trace: up to 8; r_N,F_N,u_N,F_hat_N if left out"},
-    {.name = "decimation", .key = OPTION_DECIMATION, .arg = "TICKS", .doc = "trace: from sample to sample, 1 if left out"},
-    {.name = "trigger", .key = OPTION_TRIGGER, .arg = "none|fault|reversal|rise|fall", .doc = "trace: none if left out, which ends with --wait"},
+    {.name = "decimation", .key = OPTION_DECIMATION, .arg = "TICKS", .doc = "trace: ticks from sample to sample, 1 if left out"},
+    {.name = "trigger", .key = OPTION_TRIGGER, .arg = "none|fault|reversal|rise|fall", .doc = "trace: the trigger; none if left out, and the trace ends after --wait"},
     {.name = "watch", .key = OPTION_WATCH, .arg = "NAME", .doc = "trace: the signal that reverses, rises or falls; r_N if left out"},
-    {.name = "level", .key = OPTION_LEVEL, .arg = "N", .doc = "trace: that it rises or falls to"},
-    {.name = "after", .key = OPTION_AFTER, .arg = "SAMPLES", .doc = "trace: after the trigger, 100 if left out; the rest of the ring is from before it"},
-    {.name = "wait", .key = OPTION_WAIT, .arg = "S", .doc = "trace: for its end, 10 s if left out"},
-    {.name = "hold", .key = OPTION_HOLD, .arg = "S", .doc = "reference, watch: for that long; until a signal if left out"},
-    {.name = "json", .key = OPTION_JSON, .doc = "status: as JSON; watch: a line of JSON a sample, in place of the view"},
+    {.name = "level", .key = OPTION_LEVEL, .arg = "N", .doc = "trace: the level that the signal rises or falls to"},
+    {.name = "after", .key = OPTION_AFTER, .arg = "SAMPLES", .doc = "trace: samples after the trigger, 100 if left out; the rest of the ring is from before it"},
+    {.name = "wait", .key = OPTION_WAIT, .arg = "S", .doc = "trace: waits for its end, 10 s if left out"},
+    {.name = "hold", .key = OPTION_HOLD, .arg = "S", .doc = "reference, watch: ends after this time; after a signal if left out"},
+    {.name = "json", .key = OPTION_JSON, .doc = "status: prints JSON; watch: prints a line of JSON per sample, in place of the view"},
     {.name = "rate", .key = OPTION_RATE, .arg = "HZ", .doc = "watch, serve: samples a second, 10 if left out"},
     {.name = "udp", .key = OPTION_UDP, .arg = "HOST:PORT", .doc = "watch: sends each sample there as JSON, e.g. to PlotJuggler at 127.0.0.1:9870"},
-    {.name = "teleplot", .key = OPTION_TELEPLOT, .arg = "HOST:PORT", .doc = "watch: likewise as Teleplot has it, e.g. to 127.0.0.1:47269"},
-    {.name = "listen", .key = OPTION_LISTEN, .arg = "HOST:PORT", .doc = "serve: 127.0.0.1:8088 if left out"},
+    {.name = "teleplot", .key = OPTION_TELEPLOT, .arg = "HOST:PORT", .doc = "watch: sends each sample there in Teleplot's format, e.g. to 127.0.0.1:47269"},
+    {.name = "listen", .key = OPTION_LISTEN, .arg = "HOST:PORT", .doc = "serve: the address to listen on; 127.0.0.1:8088 if left out"},
     {.name = "allow", .key = OPTION_ALLOW, .arg = "NAME", .doc = "serve: the name by which browsers on other machines call this one; without it nothing but loopback is served"},
     {.name = "acknowledge", .key = OPTION_ACKNOWLEDGE, .doc = "fault: acknowledges it"},
-    {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "list: as a page in Markdown, with types, units, ranges and defaults"},
-    {.name = "help", .key = '?', .doc = "of a COMMAND: of it alone"},
-    {.name = "usage", .key = OPTION_USAGE, .doc = "the options in short"},
-    {.name = "version", .key = OPTION_VERSION, .doc = "of this program"},
+    {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "list: prints a page in Markdown, with types, units, ranges and defaults"},
+    {.name = "help", .key = '?', .doc = "prints this help; with a COMMAND only its own"},
+    {.name = "usage", .key = OPTION_USAGE, .doc = "prints the options in short"},
+    {.name = "version", .key = OPTION_VERSION, .doc = "prints the version of this program"},
     {.name = NULL}};
 // clang-format on
 
@@ -985,7 +985,7 @@ static bool is_of(const struct argp_option *option, const char *command)
            matches(option->doc, "(^|[,;] )%s(, [a-z]+)*: ", command);
 }
 
-/// For bash to evaluate: commands and options.
+/// Prints commands and options for bash to evaluate.
 static int print_completion(const options_t *options)
 {
     if (options->count != 2 || strcmp(options->words[1], "bash") != 0)
@@ -1037,7 +1037,7 @@ static void take_whole(struct argp_state *state,
     }
 }
 
-/// One of those that libmodbus knows: it takes 9600 for any other.
+/// Accepts only the rates that libmodbus knows: it uses 9600 for any other.
 static int take_baud(struct argp_state *state, const char *text)
 {
     static const int rates[] = {1200,    2400,    4800,    9600,    19200,   38400,   57600,
@@ -1157,35 +1157,36 @@ static const struct argp parser = {
     .options  = known,
     .parser   = take,
     .args_doc = "[COMMAND]",
-    .doc      = "A drive on a serial line, over Modbus RTU, or on a network, over Modbus TCP.\v"
-                "  (none)                      state, force and what was learned, in short\n"
-                "  status                      states, counters and signals\n"
-                "  watch                       the same as they change; Ctrl-C ends it\n"
-                "  serve                       the same on a page for a browser here: live\n"
-                "                              plot, params, start and stop, trace\n"
-                "  ports                       where drives answer\n"
-                "  params get [NAME...]        what the drive runs with; all without a NAME\n"
-                "  params set NAME=VALUE...    together; refused if one does not fit. What\n"
-                "                              tunes changes while the drive runs, what\n"
-                "                              protects (list --markdown) at rest: each change\n"
-                "                              is said, and unlocked for this one command\n"
-                "  params from SCENARIO.yaml   likewise the loop of a scenario\n"
-                "  params diff SCENARIO.yaml   what the drive has otherwise; exit status 1 if\n"
-                "                              there is any\n"
-                "  params save                 into the drive's flash, with the last tare\n"
-                "  params defaults             those of the board\n"
-                "  start, stop, tare           runs the loop, ends it, makes the reading 0 N\n"
-                "  restore                     takes warnings back; friction that faded returns\n"
-                "  forget                      what the feed-forward has learned; not in run\n"
-                "  reference N                 the force to be held, renewed until a signal\n"
-                "                              ends it if drive.reference_ms is not 0\n"
-                "  changes                     of what protects, since power-up\n"
-                "  fault                       the cause; with --out what came before it\n"
+    .doc      = "Operates a drive on a serial line, over Modbus RTU, or on a network, over Modbus TCP.\v"
+                "  (none)                      shows state, force and learned values, in short\n"
+                "  status                      shows states, counters and signals\n"
+                "  watch                       shows the same as they change; Ctrl-C ends it\n"
+                "  serve                       shows the same on a page for a local browser:\n"
+                "                              live plot, params, start and stop, trace\n"
+                "  ports                       lists where drives answer\n"
+                "  params get [NAME...]        shows the drive's params; all without a NAME\n"
+                "  params set NAME=VALUE...    sets them together; refused if one does not fit.\n"
+                "                              Params that tune change while the drive runs,\n"
+                "                              those that protect (list --markdown) at rest:\n"
+                "                              each such change is printed, and unlocked for\n"
+                "                              this one command\n"
+                "  params from SCENARIO.yaml   sets the loop of a scenario\n"
+                "  params diff SCENARIO.yaml   shows the params that differ; exit status 1 if\n"
+                "                              there are any\n"
+                "  params save                 saves them in the drive's flash, with the tare\n"
+                "  params defaults             sets those of the board\n"
+                "  start, stop, tare           starts the loop, stops it, makes the reading 0 N\n"
+                "  restore                     clears warnings; friction that faded returns\n"
+                "  forget                      forgets the learned friction; not in run\n"
+                "  reference N                 sets the force to hold, and renews it until a\n"
+                "                              signal ends it if drive.reference_ms is not 0\n"
+                "  changes                     shows the protection changes since power-up\n"
+                "  fault                       shows the cause; --out writes its trace\n"
                 "  trace                       records signals, for tribo-sim replay\n"
-                "  list                        the names of all registers\n"
+                "  list                        shows the names of all registers\n"
                 "  completion bash             for bash: eval \"$(tribo-link completion bash)\""};
 
-/// The lines of the parser's text that are about `command`, and its options; all of it for null.
+/// Prints the lines of the parser's text about `command`, and its options; the whole text for null.
 static int show_help(const char *command)
 {
     struct argp_option own[sizeof known / sizeof known[0]] = {{.name = NULL}};
@@ -1221,16 +1222,16 @@ static int show_help(const char *command)
     return 0;
 }
 
-/// No option that the command would leave aside.
+/// Refuses options that the command would ignore.
 static bool check_given(const options_t *options)
 {
     for (size_t i = 0; known[i].name != NULL; i++)
     {
         if ((options->given >> i & 1u) != 0u && !is_of(&known[i], options->words[0]))
         {
-            return link_complain("--%s is not of %s (tribo-link %s --help)",
-                                 known[i].name,
+            return link_complain("%s has no option --%s (tribo-link %s --help)",
                                  options->words[0],
+                                 known[i].name,
                                  options->words[0]);
         }
     }
@@ -1298,7 +1299,7 @@ int main(int count, char **arguments)
     const int  beside  = is_stop ? link_bus_stop_beside(options.device, options.unit) : 0;
     if (beside != 0)
     {
-        (void)fputs(beside > 0 ? "stopped, beside the program that has the drive\n" : "", stdout);
+        (void)fputs(beside > 0 ? "stopped, although another program controls the drive\n" : "", stdout);
         return beside > 0 ? 0 : EXIT_FAILED;
     }
     link_bus_t *bus    = options.device != NULL ? link_bus_open(options.device, options.unit, options.baud) : NULL;
