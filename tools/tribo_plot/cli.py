@@ -29,13 +29,13 @@ def parse(arguments):
 
 
 def labels_of(all_runs):
-    """What the runs are called, with their error where a summary has it."""
+    """Names of the runs, with their error if a summary has it."""
     rms = [run.summary.get("rms_error_N") for run in all_runs]
     return [run.name + (f": RMS error {1e3 * error:.4g} mN" if error is not None else "") for run, error in zip(all_runs, rms)]
 
 
 def best_first(all_runs):
-    """The first is the strong line, in front."""
+    """Puts the first run in front, as the strong line."""
     if not all("rms_error_N" in run.summary for run in all_runs):
         return all_runs
     return sorted(all_runs, key=lambda run: run.summary["rms_error_N"])

@@ -1,4 +1,4 @@
-"""The one table of colours: a signal has the same in every picture and report, and so have methods, directions and steps of a design.
+"""The one table of colours: a signal has the same colour in every picture and report, and so have methods, directions and steps of a design.
 
 Colours of Okabe and Ito and of Tol, which remain apart for colour-blind readers. Nothing but names: any Python can import it.
 """
@@ -83,7 +83,7 @@ RUNS = ((0.0, 255, 1.1, None, 2), (0.6, 255, 2.6, None, 1), (0.5, 0, 1.0, (4, 1.
 
 
 def shade(colour, run):
-    """A signal's colour in one of several runs."""
+    """Returns the colour of a signal in one of several runs."""
     part, end = RUNS[run % len(RUNS)][:2]
     parts = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
     return "#" + "".join(f"{round(value + part * (end - value)):02X}" for value in parts)

@@ -1,4 +1,4 @@
-"""Writes runs as MCAP, a log format that Foxglove and PlotJuggler open: a channel a run, a message of JSON a row."""
+"""Writes runs as MCAP, a log format that Foxglove and PlotJuggler open: one channel per run, one JSON message per row."""
 
 import json
 import math
@@ -9,7 +9,7 @@ from .runs import PlotError
 
 
 def write(runs, out):
-    """All columns of `runs`; the time of a message is t_s from the start of the run, and null stands for an empty field."""
+    """All columns of `runs`; the time of a message is t_s from the start of the run, and null is an empty field."""
     with open(out, "wb") as file:
         writer = Writer(file)
         writer.start(profile="", library="tribo")

@@ -19,7 +19,7 @@ HERE = Path(__file__).resolve().parent
 
 
 def uplot(name):
-    """A file of uPlot: installed in this package, or in the user's cache."""
+    """Reads a file of uPlot, from this package or the user's cache."""
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tribo"
     for folder in (HERE / "uplot", cache / f"uplot-{UPLOT_VERSION}"):
         path = folder / name
@@ -40,7 +40,7 @@ class Pool:
         self._places = {}
 
     def add(self, values, code):
-        """Where they are: code, offset in bytes, count."""
+        """Returns the place of the numbers: code, offset in bytes, count."""
         numbers = array(code, values)
         if sys.byteorder == "big":
             numbers.byteswap()
@@ -104,6 +104,6 @@ def draw(names, panels, out):
 
 
 def fill(template, parts):
-    """A template's text with its %%PARTS%%."""
+    """Fills in the %%PARTS%% of a template's text."""
     pieces = template.read_text(encoding="utf-8").split("%%")
     return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))

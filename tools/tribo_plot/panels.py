@@ -1,4 +1,4 @@
-"""What is drawn: panels of lines, made from the columns that the runs have."""
+"""Panels of lines, made from the columns of the runs."""
 
 import math
 from dataclasses import dataclass, field
@@ -40,7 +40,7 @@ class Panel:
 
 
 def make(runs, is_whole=True):
-    """The panels of one picture, those over time first. Of a closed loop, unless it is to be whole, force, error, command and a drive's state."""
+    """The panels of one picture, those over time first. A closed loop has only force, error, command and a drive's state, unless the whole is requested."""
     errors = _errors(runs)
     if errors.lines and not is_whole:
         panels = [_forces(runs), errors, _add(Panel("Command u", "N"), runs, "u_N"), _states(runs), _ticks(runs)]
@@ -52,7 +52,7 @@ def make(runs, is_whole=True):
 
 
 def _ranged(runs, panels):
-    """Those that have lines, with their ranges."""
+    """The panels that have lines, with their ranges."""
     panels = [panel for panel in panels if panel.lines]
     for panel in panels:
         panel.y_range, panel.note = axis_range(runs, panel)
@@ -64,7 +64,7 @@ def _line(runs, run, signal, x, y, **more):
 
 
 def _broken(run, values):
-    """With a gap before each later segment; `values` end where the run does."""
+    """Inserts a gap before each later segment; `values` end with the run."""
     if "segment" not in run:
         return values
     segments = run["segment"][len(run["segment"]) - len(values) :]
@@ -78,7 +78,7 @@ def _broken(run, values):
 
 
 def _add(panel, runs, *signals, **more):
-    """Run by run, so that all of one run is together."""
+    """Sorts the lines by run, so that one run's lines are together."""
     for i, run in enumerate(runs):
         for signal in signals:
             if signal in run:
@@ -111,7 +111,7 @@ def _error_of(run):
 
 
 def _in_small_unit(panel, runs, lines):
-    """Lines of (run, signal, values) in mN where they are small after the start, else in N."""
+    """Lines of (run, signal, values) in mN if they are small after the start, otherwise in N."""
     late = [abs(y) for run, _, values in lines for y in values[len(values) // 10 :] if not math.isnan(y)]
     factor, panel.y_label = (1e3, "mN") if late and max(late) < SMALL_N else (1.0, "N")
     for run, signal, values in lines:
@@ -173,7 +173,7 @@ def _ticks(runs):
 
 
 def _rests(run):
-    """The first row after the start, which would flatten what is drawn over another signal than time."""
+    """The first row after the start; the start would flatten a panel over another signal than time."""
     t = run["t_s"]
     after = t[0] + min(START_S, START_PART * (t[-1] - t[0]))
     return next(i for i, time in enumerate(t) if time >= after)
@@ -190,7 +190,7 @@ def _friction(runs):
 
 
 def _hysteresis(runs):
-    """What friction leaves of the net force: where the two differ is hysteresis, too small to be seen in the panel of both."""
+    """Net force less friction: their difference is hysteresis, too small to see in the panel of both."""
     panel = Panel("Hysteresis: net force less friction", "n − f (mN)", NET_FORCE, over_time=False)
     for i, run in enumerate(runs):
         n, f = next(((n, f) for n, f in NET_FORCES if n in run and f in run), (None, None))
@@ -217,7 +217,7 @@ def _ends(values):
 
 
 def axis_range(runs, panel):
-    """The range of y and a note. A start that would flatten all the rest is left outside, and the note says so."""
+    """The range of y and a note. A start that would flatten the rest is left outside, and the note says so."""
     if not panel.over_time:
         return None, ""
     whole, rest = [math.inf, -math.inf], [math.inf, -math.inf]
@@ -235,7 +235,7 @@ def axis_range(runs, panel):
 
 
 def thin(line, columns, over_time=True):
-    """x and y with at most 4 points a column: over time the least and the largest y of each, else every n-th of a great many."""
+    """x and y with at most 4 points a column: over time the least and the largest y of each column, otherwise every n-th point of many."""
     count = len(line.y)
     if not over_time:
         kept = slice(None, None, 1 + count // (50 * columns))

@@ -1,4 +1,4 @@
-"""Reads what there is to draw: the folder of a run or a sweep, or a CSV file of a run, a replay, a trace or a drive's log."""
+"""Reads the input: the folder of a run or a sweep, or a CSV file of a run, a replay, a trace or a drive's log."""
 
 import csv
 import json
@@ -12,11 +12,11 @@ MORE = ("t_s", "segment", "plant_n_N", "relative_variance_positive", "relative_v
 
 
 class PlotError(Exception):
-    """What is wrong, in a sentence for the user."""
+    """An error, with a sentence for the user."""
 
 
 class Run:
-    """The columns that are drawn, by name. `summary` is that of tribo-sim run, or empty."""
+    """The columns to draw, by name. `summary` is that of tribo-sim run, or empty."""
 
     def __init__(self, name, columns, summary=None):
         self.name = name
@@ -30,7 +30,7 @@ class Run:
         return self.columns[column]
 
     def between(self, start_s, end_s):
-        """From start_s to end_s; None is its own end."""
+        """Cuts the run to start_s..end_s; None keeps the run's own limit."""
         t = self["t_s"]
         kept = [i for i, time in enumerate(t) if (start_s is None or time >= start_s) and (end_s is None or time <= end_s)]
         if not kept:
@@ -48,7 +48,7 @@ def sweep_rows(path):
 
 
 def read_all(paths):
-    """Runs with names that tell them apart."""
+    """Gives the runs distinct names."""
     runs = [read(path) for path in paths]
     for depth in (2, 3, 4):
         if len({run.name for run in runs}) == len(runs):
@@ -73,7 +73,7 @@ def read(path):
 
 
 def is_there(path):
-    """Whether there is such a name. What cannot be looked at is not absent."""
+    """Whether the file exists. A path that cannot be accessed is an error, not absent."""
     try:
         path.stat()
     except (FileNotFoundError, NotADirectoryError):
@@ -84,7 +84,7 @@ def is_there(path):
 
 
 def read_summary(path):
-    """Empty if there is none."""
+    """Returns an empty summary if there is none."""
     if not is_there(path):
         return {}
     try:
@@ -99,7 +99,7 @@ def read_summary(path):
 
 
 def read_columns(path):
-    """Those of the table of signals; NaN for an empty field."""
+    """Returns the columns in the table of signals; an empty field is NaN."""
     try:
         with open(path, newline="", encoding="utf-8") as file:
             rows = csv.reader(line for line in file if not line.startswith("#"))

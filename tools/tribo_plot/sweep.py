@@ -1,4 +1,4 @@
-"""Plays a study: a scenario many times, with other values of its keys each time. After a kill the same command goes on from where it was."""
+"""Plays a study: a scenario many times, with other values of its keys each time. After a kill the same command continues."""
 
 import argparse
 import re
@@ -38,7 +38,7 @@ def parse(arguments):
 
 
 def show(frame):
-    """What the rows come to."""
+    """Prints quantiles of the measures."""
     measures = [name for name in frame.columns if re.fullmatch(r"(without_)?\w+(_N|_ratio|_ticks|_switches|_inputs)|ratio", name) and name not in frame.attrs["axes"]]
     table = frame[measures].quantile(list(QUANTILES)).T
     table.columns = [f"{100 * q:g} %" for q in QUANTILES]

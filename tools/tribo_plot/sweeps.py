@@ -24,7 +24,7 @@ matplotlib.rcParams.update({**STYLE, "axes.titlesize": 10, "font.size": 9, "save
 
 
 class Sweep:
-    """The rows that have a result, by column, and which of the columns are axes."""
+    """The rows with a result, by column, and the columns that are axes."""
 
     def __init__(self, frame):
         self.frame = frame
@@ -41,7 +41,7 @@ class Sweep:
 
     @classmethod
     def read(cls, path):
-        """The rows that a sweep has left."""
+        """Reads the rows of a sweep."""
         if not is_there(path):
             raise PlotError(f"{path}: there is none: has the sweep come to its end?")
         try:
@@ -76,7 +76,7 @@ class Sweep:
 
 
 def is_logarithmic(numbers):
-    """Over a wide range, and evenly spread over the logarithm rather than over the numbers themselves."""
+    """Whether values cover a wide range, and are spread evenly over the logarithm, not over the numbers."""
     low, high, middle = numbers.min(), numbers.max(), np.median(numbers)
     if low <= 0 or high / low <= 8:
         return False
@@ -116,7 +116,7 @@ def shown_axes(sweep):
 
 
 def figure_of(sweep, measures, title, unit, log):
-    """One panel an axis."""
+    """Makes one panel per axis."""
     shown = shown_axes(sweep)
     columns = min(3, max(1, len(shown)))
     rows = max(1, math.ceil(len(shown) / columns))
@@ -147,7 +147,7 @@ def milli(value):
 
 
 def table_of(sweep, axis):
-    """Markdown: what each value or part of an axis comes to."""
+    """A Markdown table with the results of each value or part of an axis."""
     head = ["" if axis is None else axis, "rows", "RMS error, 50 %", "95 %", "largest (mN)"]
     if sweep.is_paired:
         head += ["without, 50 % (mN)", "ratio, 5 %", "50 %", "95 %", "worse than without"]
@@ -186,7 +186,7 @@ def report_of(sweep):
 
 
 def figures_of(sweep):
-    """By name, drawn when asked for."""
+    """The pictures by name, drawn on request."""
     pair = [("without_rms_error_N", WITHOUT, "without"), ("rms_error_N", WITH, "with")]
     figures = {
         "rms": lambda: figure_of(sweep, pair if sweep.is_paired else pair[1:], "RMS of r − F", "N", True),
@@ -222,7 +222,7 @@ def panels_of(sweep):
 
 
 def draw(path, out):
-    """What a sweep is made for: the ratio if it has one, else the error; a page has all measures."""
+    """The main measure of a sweep: the ratio if it has one, otherwise the error; a page has all measures."""
     sweep = Sweep.read(path)
     if out.suffix == ".html":
         page.draw([sweep.frame.attrs["study"]], panels_of(sweep), out)
@@ -231,7 +231,7 @@ def draw(path, out):
 
 
 def report(frame, folder):
-    """Writes the report and its pictures; their paths."""
+    """Writes the report and its pictures, and returns their paths."""
     sweep = Sweep(frame)
     figures = figures_of(sweep)
     for name, make in figures.items():

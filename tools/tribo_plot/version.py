@@ -1,4 +1,4 @@
-"""The version of tribo, for the tools in Python: as the headers beside them have it, in the tree or installed, else the Python package."""
+"""The version of tribo, for the tools in Python: from the headers next to them, in the tree or installed, or from the Python package."""
 
 import argparse
 import importlib.metadata
@@ -17,12 +17,12 @@ def version():
 
 
 def add_option(parser, name):
-    """--version of the program called `name`."""
+    """Adds --version for the program `name`."""
     parser.add_argument("--version", action=Version, nargs=0, name=name, help="of this program")
 
 
 class Version(argparse.Action):
-    """Looks it up only if it is asked for."""
+    """Looks the version up only on request."""
 
     def __init__(self, *, name, **rest):
         super().__init__(**rest)
