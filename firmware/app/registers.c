@@ -284,7 +284,7 @@ static bool keeps_period(registers_t *registers, const params_set_t *next)
     return !registers->is_refused;
 }
 
-/// True if the drive runs or will run in the next tick.
+/// Returns true if the drive runs or will run in the next tick.
 static bool is_started(const registers_t *registers)
 {
     return is_running(registers) || registers->drive.starts != registers->drive.starts_seen;
@@ -330,7 +330,7 @@ static void keep_changes(registers_t *registers, const params_set_t *next)
     }
 }
 
-/// True if a tick with the active params has ended: the spare is free then.
+/// Returns true if a tick with the active params has ended, so that the spare is free.
 static bool is_taken(const registers_t *registers)
 {
     return registers->taken == &registers->active->drive;
@@ -777,7 +777,7 @@ static modbus_status_t read_registers(void *context, uint16_t address, uint16_t 
 
 // --- writing -------------------------------------------------------------------------------------------------------
 
-/// True if a word of the requests or of a set is a float.
+/// Returns true if a word of the requests or of a set is a float.
 static bool is_number(const place_t *place)
 {
 #define IS_FLOAT(symbol, name, type, unit, normal, text) (type)0.5 != 0,

@@ -18,7 +18,7 @@ static void trip(bridge_t *bridge, bridge_trip_t cause)
     bridge->state     = BRIDGE_OFF;
 }
 
-/// A level that a sample with the condition raises by BRIDGE_RISE, and one without lowers by 1.
+/// Updates a level: a sample with the condition raises it by BRIDGE_RISE, a sample without lowers it by 1.
 static bool lasts(uint32_t *level, bool condition)
 {
     const uint32_t most = BRIDGE_SAMPLES * BRIDGE_RISE;
@@ -105,7 +105,8 @@ static bool is_beyond(float current_a, float most_a)
     return current_a > most_a || current_a < -most_a;
 }
 
-/// Of any phase: the third's is what the others bring, so its sign does not matter.
+/// Returns true if the current of any phase is beyond trip_a. That of the third is minus the sum of the others, so its sign
+/// does not matter.
 static bool has_over_current(const bridge_t *bridge)
 {
     const float *i_a  = bridge->measured.current_a;
@@ -119,7 +120,7 @@ static bool is_at_rail(uint32_t code)
     return code < BRIDGE_RAIL || code > BRIDGE_CODES - 1u - BRIDGE_RAIL;
 }
 
-/// In ON.
+/// Runs the law, in ON.
 static void check(bridge_t *bridge, bool are_on)
 {
     bridge->age = bridge->age + 1u;
@@ -170,14 +171,14 @@ bool bridge_step(bridge_t *bridge, const bridge_sample_t *sample, bool are_on, b
         begin_calibration(bridge);
     }
     const bool is_on = bridge->state == BRIDGE_ON;
-    if (is_on && was_on) // the sample that ended the calibration was measured before it
+    if (is_on && was_on) // the sample that ended the calibration was measured before ON
     {
         bridge->params.law(bridge->params.context, bridge->reference_a, &bridge->measured, duty);
     }
     return is_on;
 }
 
-// --- the tick's ----------------------------------------------------------------------------------------------------
+// --- functions of the tick -----------------------------------------------------------------------------------------
 
 void bridge_want(bridge_t *bridge, bool on)
 {
@@ -211,8 +212,9 @@ float bridge_dead_share(uint32_t dead_time_ns)
     return 1e-9f * (float)dead_time_ns * (float)BRIDGE_HZ;
 }
 
-/// While a leg is in dead time its diode conducts, so the motor gets so much of the bus less in the current's direction, by each
-/// leg once a period. It is added beforehand, by the reference's sign: the current's is known too late where it turns.
+/// While a leg is in dead time its diode conducts, so each leg once a period takes this share of the bus voltage away from
+/// the motor in the current's direction. The share is added beforehand, by the sign of the reference, because the sign of
+/// the current is known too late when it turns.
 static float dead_part(const bridge_brushed_t *motor, float reference_a)
 {
     return 2.0f * motor->dead_share * current_limited(reference_a * (1.0f / BRIDGE_SIGN_A), 1.0f);

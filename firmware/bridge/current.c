@@ -26,7 +26,7 @@ bool current_init(current_params_t *params, const current_config_t *config)
     {
         return false;
     }
-    // x / (1 - exp(-x)) to 1 % up to 2.
+    // Approximates x / (1 - exp(-x)) to 1 % up to x = 2.
     const float kp = w * config->inductance_h * (1.0f + x * (0.5f + x * (1.0f / 12.0f)));
     *params        = (current_params_t){.kp_v_per_a = kp,
                                         .kp_a_per_v = 1.0f / kp,

@@ -1,35 +1,34 @@
-/// Current control of a winding behind a bridge, a brushed or a voice-coil motor's:
+/// Controls the current of a winding behind a bridge, of a brushed or a voice-coil motor:
 ///
 ///     v = R i + L di/dt + e          e: back EMF
 ///
-/// A PI controller whose zero cancels the winding's pole, with w the bandwidth of the closed loop in rad/s:
+/// The zero of a PI controller cancels the winding's pole; w is the bandwidth of the closed loop in rad/s:
 ///
 ///     C(s) = w (L s + R) / s         C(s) / (L s + R) = w / s, so i follows its reference as w / (s + w)
 ///
-/// and in samples of T, at which the winding's pole is exp(-R T / L) and the zero 1 - Ki / Kp:
+/// With a sample time T, the winding's pole is exp(-R T / L) and the zero is 1 - Ki / Kp:
 ///
 ///     v[n]   = Kp (r - i) + x[n]     Ki = w R T
 ///     x[n+1] = x[n] + Ki (r' - i)    Kp = Ki / (1 - exp(-R T / L))
 ///
-/// The reference r is limited to the current limit, v to what the bridge can give. r' is the reference that leads to v as limited:
-/// while v is at its limit, x follows R i instead of winding up.
-/// A voltage acts half a sample to one and a half after its current was measured: w T up to CURRENT_PHASE_MAX keeps 50 degrees
-/// of phase margin at that delay.
-/// Single precision, no loops. Source: Harnefors and Nee, "Model-based current control of AC machines using the internal
-/// model control method", IEEE Trans. Ind. Appl. 34 (1998).
+/// The reference r is limited to the current limit, and v to the voltage that the bridge can give. r' is the reference that
+/// leads to the limited v, so that x follows R i instead of winding up while v is at its limit. A voltage acts half a sample
+/// to one and a half samples after its current was measured. With that delay, w T up to CURRENT_PHASE_MAX keeps 50 degrees
+/// of phase margin. Single precision, no loops. Source: Harnefors and Nee, "Model-based current control of AC machines using
+/// the internal model control method", IEEE Trans. Ind. Appl. 34 (1998).
 
 #ifndef BRIDGE_CURRENT_H
 #define BRIDGE_CURRENT_H
 
 #include <stdbool.h>
 
-#define CURRENT_PHASE_MAX 0.66f ///< w T
-#define CURRENT_POLE_MAX  2.0f  ///< R T / L: a faster winding has no inductance to speak of
+#define CURRENT_PHASE_MAX 0.66f ///< largest w T
+#define CURRENT_POLE_MAX  2.0f  ///< largest R T / L; a faster winding has hardly any inductance
 
 typedef struct
 {
     float resistance_ohm, inductance_h, bandwidth_hz, sample_time_s;
-    float limit_a; ///< of the reference
+    float limit_a; ///< limit of the reference
 } current_config_t;
 
 typedef struct
@@ -40,25 +39,25 @@ typedef struct
 typedef struct
 {
     float integral_v;
-    bool  limited; ///< v of the last step was
+    bool  limited; ///< v of the last step was limited
 } current_state_t;
 
-/// The largest bandwidth at a sample time.
+/// Returns the largest bandwidth at a sample time.
 float current_bandwidth_max_hz(float sample_time_s);
 
-/// False, with `params` as they were, unless all is positive and finite, the bandwidth within current_bandwidth_max_hz and R T / L
-/// within CURRENT_POLE_MAX.
+/// Computes `params`. Returns false and leaves them unchanged unless all values are positive and finite, the bandwidth is within
+/// current_bandwidth_max_hz and R T / L within CURRENT_POLE_MAX.
 bool current_init(current_params_t *params, const current_config_t *config);
 
 void current_reset(current_state_t *state);
 
-/// x within -limit to limit, 0 for a NaN.
+/// Returns x limited to -limit to limit; 0 for a NaN.
 static inline float current_limited(float x, float limit)
 {
     return x > limit ? limit : x < -limit ? -limit : x == x ? x : 0.0f;
 }
 
-/// A sample: the voltage for the motor, within -most_v to most_v.
+/// Runs one sample and returns the voltage for the motor, within -most_v to most_v.
 static inline float current_step(const current_params_t *params,
                                  current_state_t        *state,
                                  float                   reference_a,

@@ -1,4 +1,4 @@
-// Compiled once for each arithmetic.
+// This source is compiled once for each arithmetic.
 
 #include "scenario/params_header.h"
 
@@ -33,26 +33,26 @@ typedef enum
     BOOL,
     TABLE,      ///< pointer to breakaway points, defined before the params
     METHOD,     ///< pointer to a method, the first member of params defined before these
-    GUARD,      ///< pointer to params of a guard, likewise
-    FUNCTIONS,  ///< of a method, written by one function of the library
-    GUARD_STEP, ///< of a guard
-    STRUCT,     ///< with rows of its own, a line each
-    SMALL       ///< the same on one line
+    GUARD,      ///< pointer to params of a guard, defined before these
+    FUNCTIONS,  ///< the functions of a method, written by one function of the library
+    GUARD_STEP, ///< the step function of a guard
+    STRUCT,     ///< a struct with rows of its own, a line for each
+    SMALL       ///< a struct with rows of its own, on one line
 } kind_t;
 
 typedef struct field
 {
     const char         *name;
     kind_t              kind;
-    size_t              offset, size;          ///< in its struct; of an element
-    size_t              count;                 ///< of elements; 0: no array
-    size_t              counter, counter_size; ///< of the field that holds the number in use; size 0: all
-    const struct field *rows;                  ///< of a struct, ended by one without a name
+    size_t              offset, size;          ///< offset in the struct, and size of an element
+    size_t              count;                 ///< number of elements; 0: not an array
+    size_t              counter, counter_size; ///< offset and size of the field with the number in use; size 0: all are
+    const struct field *rows;                  ///< rows of a struct, ended by one without a name
 } field_t;
 
-// A field's kind follows from its type, so a row needs only the name. T is the struct described by the rows.
+// A field's kind follows from its type, so a row needs only the name. T is the struct that the rows describe.
 // clang-format off
-// NOLINTBEGIN(bugprone-macro-parentheses,bugprone-sizeof-expression): the arguments are names, one of them of a pointer
+// NOLINTBEGIN(bugprone-macro-parentheses,bugprone-sizeof-expression): the arguments are names, one of which names a pointer
 #define KIND(x) _Generic((x), float: FLOAT, uint8_t: UINT8, uint16_t: UINT16, uint32_t: UINT32, int32_t: INT32, int64_t: INT64, bool: BOOL, \
     const TRIBO(force_loop, method_t) *: METHOD, const TRIBO(guard, params_t) *: GUARD, TRIBO(force_loop, method_t): FUNCTIONS, \
     const tribo_point_t *: TABLE, default: GUARD_STEP)
@@ -118,13 +118,13 @@ static const field_t guard[] = {F(step), F(on), F(TRIBO_N(half)), F(TRIBO_N(stra
 // NOLINTEND(bugprone-macro-parentheses,bugprone-sizeof-expression)
 // clang-format on
 
-// --- as C ----------------------------------------------------------------------------------------------------------
+// --- values as C ---------------------------------------------------------------------------------------------------
 
 typedef struct
 {
     FILE       *stream;
-    const char *name;   ///< of the params
-    const char *method; ///< in the name of its function
+    const char *name;   ///< name of the params
+    const char *method; ///< the method's part of the name of its function
 } sheet_t;
 
 static uint32_t unsigned_at(const char *at, size_t size)
@@ -136,7 +136,7 @@ static uint32_t unsigned_at(const char *at, size_t size)
     return byte + half + word;
 }
 
-/// The address of what is defined before these params, which has their name.
+/// Writes the address of a part that is defined before these params and begins with their name.
 static void put_address(const sheet_t *sheet, kind_t kind, bool is_there)
 {
     switch (is_there ? kind : STRUCT)
@@ -185,7 +185,7 @@ static void put_scalar(const sheet_t *sheet, const field_t *field, const char *a
         memcpy((void *)&pointer, at, sizeof pointer);
         put_address(sheet, field->kind, pointer != NULL);
         break;
-    case FUNCTIONS: // params begin with them
+    case FUNCTIONS: // params begin with these
         (void)fprintf(sheet->stream, "{tribo_%s_" TRIBO_ARITHMETIC "_method}", sheet->method);
         break;
     case GUARD_STEP:
@@ -197,7 +197,7 @@ static void put_scalar(const sheet_t *sheet, const field_t *field, const char *a
     }
 }
 
-/// "{.offset = 1u, .slope = 2u}"
+/// Writes a struct on one line: "{.offset = 1u, .slope = 2u}".
 static void put_small(const sheet_t *sheet, const field_t *rows, const char *at)
 {
     for (const field_t *row = rows; row->name != NULL; row++)
@@ -210,7 +210,7 @@ static void put_small(const sheet_t *sheet, const field_t *rows, const char *at)
 
 static void put_rows(const sheet_t *sheet, const field_t *rows, const char *at, int indent);
 
-/// The elements of an array of structs, or one struct.
+/// Writes the elements of an array of structs, or one struct.
 static void put_structs(const sheet_t *sheet, const field_t *field, const char *at, size_t count, int indent)
 {
     (void)fputs("{\n", sheet->stream);
@@ -237,7 +237,7 @@ static void put_structs(const sheet_t *sheet, const field_t *field, const char *
     (void)fprintf(sheet->stream, "%*s}", indent, "");
 }
 
-/// The rows of the struct at `at`, a line each.
+/// Writes the rows of the struct at `at`, a line for each.
 static void put_rows(const sheet_t *sheet, const field_t *rows, const char *at, int indent)
 {
     for (const field_t *row = rows; row->name != NULL; row++)
@@ -267,7 +267,7 @@ static void put_rows(const sheet_t *sheet, const field_t *rows, const char *at, 
     }
 }
 
-/// Params of a part, `noun`, if there are any.
+/// Writes the params of a part, `noun`, if there are any.
 static void put_own(const sheet_t *sheet, const char *noun, const field_t *rows, const void *params)
 {
     if (params != NULL)
@@ -282,7 +282,7 @@ static void put_own(const sheet_t *sheet, const char *noun, const field_t *rows,
     }
 }
 
-/// The breakaway table, if there is one, and the params.
+/// Writes the breakaway table, if there is one, and the params.
 static void put_loop(const sheet_t *sheet, const TRIBO(force_loop, params_t) * params)
 {
     const field_t points                = {.kind = SMALL, .size = sizeof(tribo_point_t), .rows = point};
@@ -310,7 +310,7 @@ static void put_upper(FILE *stream, const char *name)
     }
 }
 
-/// User text, reduced to one line of ASCII.
+/// Writes a user's text, reduced to one line of ASCII.
 static void put_quoted(FILE *stream, const char *text)
 {
     (void)fputc('"', stream);

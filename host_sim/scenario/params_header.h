@@ -1,4 +1,4 @@
-/// The params of a loop as C, for programs without set-up code.
+/// Writes the params of a loop as C, for programs without set-up code.
 
 #ifndef SIM_PARAMS_HEADER_H
 #define SIM_PARAMS_HEADER_H
@@ -10,13 +10,13 @@
 typedef struct
 {
     const char        *name;        ///< prefix of all declarations, a C identifier
-    const char        *scenario;    ///< the source file, for the comment
-    const char        *description; ///< in its words, likewise; "": it has none
-    const char *const *sets;        ///< and with which --set
+    const char        *scenario;    ///< source file, for the comment
+    const char        *description; ///< the scenario's description, for the comment; "": it has none
+    const char *const *sets;        ///< the --set options, for the comment
     int                set_count;
 
     const tribo_force_loop_f32_config_t *config;
-    const sim_loop_t                    *loop; ///< initialised with it
+    const sim_loop_t                    *loop; ///< initialised with the same config
     bool                                 is_sensorless;
 } sim_params_header_t;
 

@@ -177,7 +177,7 @@ static void test_a_pipe_without_a_reader_is_refused(void)
     char message[128];
     TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
     TEST_ASSERT_NULL(recorder_start(path, &error));
-    (void)snprintf(message, sizeof message, "--log %s: nobody reads this pipe", path);
+    (void)snprintf(message, sizeof message, "--log %s: this pipe has no reader", path);
     TEST_ASSERT_EQUAL_STRING(message, error.text);
 }
 

@@ -317,7 +317,7 @@ def test_a_log_without_a_reader_is_refused(tmp_path):
     os.mkfifo(tmp_path / "log")
     run = subprocess.run([os.environ["TRIBO_RECORDED"], "rig.yaml", "--log", "log"], cwd=tmp_path, capture_output=True, text=True, check=False,
                          env={**os.environ, "TRIBO_RECORD": str(tmp_path / "record")}, timeout=300)
-    assert run.returncode == 1 and "--log log: nobody reads this pipe" in run.stderr
+    assert run.returncode == 1 and "--log log: this pipe has no reader" in run.stderr
 
 
 # --- a scale that cannot be read (case of a driver that fails) -----------------------------------------------------------

@@ -170,7 +170,7 @@ recorder_t *recorder_start(const char *path, common_error_t *error)
     if (status != 0)
     {
         const bool is_pipe = status == ENXIO; // a pipe is opened without waiting for its reader
-        (void)common_error_set(error, "--log %s: %s", path, is_pipe ? "nobody reads this pipe" : strerror(status));
+        (void)common_error_set(error, "--log %s: %s", path, is_pipe ? "this pipe has no reader" : strerror(status));
         if (recorder->file >= 0)
         {
             (void)close(recorder->file);

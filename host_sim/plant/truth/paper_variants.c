@@ -5,7 +5,7 @@
 const sim_paper_variant_t sim_paper_variants[] = {
     {"unlimited", "step 1 of section 3: f = n", 6.0, 20.0, {0, SIM_PAPER_CURVE_NEVER}},
     {"saturation", "step 2, Eq. (11), Fig. 7 thin", 6.0, 20.0, {1, SIM_PAPER_CURVE_NEVER}},
-    {"always_k6", "step 3 with k = 6: the curve whatever has been", 6.0, 6.0, {1, SIM_PAPER_CURVE_ALWAYS}},
+    {"always_k6", "step 3 with k = 6: always on the curve", 6.0, 6.0, {1, SIM_PAPER_CURVE_ALWAYS}},
     {"constant_k6", "step 4 with k = 6, Fig. 7 dotted", 6.0, 6.0, {1, SIM_PAPER_CURVE_RELAYS}},
     {"constant_k1.1", "step 4 with k = 1.1, Fig. 4(a)", 1.1, 1.1, {1, SIM_PAPER_CURVE_RELAYS}},
     {"no_relays", "k(v), Q = v > 0, Fig. 6 dotted", 6.0, 20.0, {1, SIM_PAPER_CURVE_RISING}},
