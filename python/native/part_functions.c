@@ -42,6 +42,7 @@ static void tick_loop(native_part_t *part, const double *in, double *out, bool a
         out[0]                        = n_of(
             part,
             TRIBO(force_loop, step)(&loop->params, &loop->state, force_of(part, in[0]), force_of(part, in[1]), NULL));
+        (void)TRIBO(feedforward, learn)(&loop->params, &loop->memory);
         return;
     }
     // As a run has them.
