@@ -531,6 +531,84 @@ static void test_without_a_loop_there_is_no_term_at_rest(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, number(joint.term));
 }
 
+/// A joint that has learned its friction, at `q` with the term in full.
+static double moving_term(void)
+{
+    plant_t plant = {.friction = FRICTION, .sign = 1};
+    begin(FRICTION);
+    (void)moves(&plant, 0, 6);
+    double q = plant.position;
+    double u = 0.0;
+    for (int k = 0; k < 100; k++)
+    {
+        q += 4.0;
+        u = step(0.02, q + 20.0, q);
+    }
+    TEST_ASSERT_TRUE(u - 0.02 > 0.5 * FRICTION);
+    return q;
+}
+
+static void test_without_a_loop_there_is_no_term_beside_a_moving_reference(void)
+{
+    const double q     = moving_term();
+    double       q_ref = q + 20.0;
+    for (int k = 0; k < 600; k++)
+    {
+        q_ref += 4.0;
+        const double u = step(0.0, q_ref, q);
+        TEST_ASSERT_TRUE(k < 400 || fabs(u) < 1e-6);
+    }
+    q_ref += 4.0;
+    for (int k = 0; k < 400; k++) // the loop is on again
+    {
+        q_ref += 4.0;
+        (void)step(0.02, q_ref, q);
+    }
+    TEST_ASSERT_TRUE(step(0.02, q_ref + 4.0, q) - 0.02 > 0.5 * FRICTION);
+}
+
+static void test_a_hand_that_leads_without_effort_keeps_its_term(void)
+{
+    double q = moving_term();
+    double u = 0.0;
+    for (int k = 0; k < 2000; k++)
+    {
+        q += 4.0;
+        u = step(0.0, q, q);
+    }
+    TEST_ASSERT_TRUE(u > 0.4 * FRICTION);
+}
+
+#if !TRIBO_IS_Q31 // counts are never bad
+static void test_a_dead_encoder_takes_the_term_away(void)
+{
+    const double q = moving_term();
+    for (int k = 0; k < 600; k++)
+    {
+        const double u = step(0.02, q + 20.0 + 4.0 * k, NAN);
+        TEST_ASSERT_TRUE(k > 20 || u - 0.02 > 0.5 * FRICTION); // a glitch does not
+        TEST_ASSERT_TRUE(k < 400 || fabs(u - 0.02) < 1e-6);
+    }
+    TEST_ASSERT_EQUAL_UINT32(600, report().bad_inputs);
+}
+#endif
+
+static void test_a_reference_may_step_as_far_as_it_likes(void)
+{
+    begin(FRICTION);
+    for (int k = 0; k < 12; k++)
+    {
+        const double to = k % 2 == 0 ? 4100.0 : 0.0; // more than 1000 travels
+        double       q  = 4100.0 - to;
+        for (int i = 0; i < 1000; i++) // without overshoot
+        {
+            q += 0.01 * (to - q);
+            (void)step(0.0001 * (to - q), to, floor(q));
+        }
+    }
+    TEST_ASSERT_EQUAL(TRIBO_JOINT_SOUND, report().cause);
+}
+
 static void test_a_joint_that_is_off_by_two_travels_turns_and_not_before(void)
 {
     begin(0.2);
@@ -707,6 +785,12 @@ int main(void)
     RUN_TEST(test_a_tenth_of_friction_stays_where_a_hand_leads);
     RUN_TEST(test_a_term_gives_way_to_an_effort_that_opposes_it_at_rest);
     RUN_TEST(test_without_a_loop_there_is_no_term_at_rest);
+    RUN_TEST(test_without_a_loop_there_is_no_term_beside_a_moving_reference);
+    RUN_TEST(test_a_hand_that_leads_without_effort_keeps_its_term);
+#if !TRIBO_IS_Q31
+    RUN_TEST(test_a_dead_encoder_takes_the_term_away);
+#endif
+    RUN_TEST(test_a_reference_may_step_as_far_as_it_likes);
     RUN_TEST(test_a_joint_that_is_off_by_two_travels_turns_and_not_before);
     RUN_TEST(test_one_pair_of_slides_moves_what_is_learned_by_a_quarter_at_most);
     RUN_TEST(test_a_joint_behind_its_reference_is_not_astray);

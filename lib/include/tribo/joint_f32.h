@@ -150,6 +150,7 @@ struct tribo_joint_f32
     uint8_t                  is_off;            ///< q is away from a resting q_ref
     int8_t                   sign, intended;    ///< of the term; of the last motion of q_ref
     uint32_t                 still;             ///< ticks since q_ref moved, up to rest_ticks
+    uint32_t                 idle;              ///< ticks in which the loop is off or the encoder fails
     float                    q_ref, q;          ///< of the last tick
     float                    slack, astray;     ///< of q_ref, in a play of half a travel; motion away from q_ref
     float                    share;             ///< of the term that the guard lets through

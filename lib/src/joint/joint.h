@@ -37,6 +37,20 @@ static void trip(joint_t *x, tribo_joint_cause_t cause)
     }
 }
 
+/// Counts the ticks in which the loop does nothing although the joint is away from q_ref: it is off. An effort ends that, and so does
+/// a hand, for which q_ref is q.
+static void count_idle(joint_t *x, force_t effort, way_t off)
+{
+    if (effort != 0 || off == 0)
+    {
+        x->idle = 0;
+    }
+    else if (way_beyond(off, JOINT_DEADBAND * x->params.half))
+    {
+        count_one(&x->idle);
+    }
+}
+
 /// The direction that friction opposes. `off` is q_ref - q.
 static void direct(joint_t *x, way_t intended, way_t off, force_t effort)
 {
@@ -204,12 +218,12 @@ static force_t wanted_term(const joint_t *x, force_t effort)
     const force_t full = faded_by(x->level, x->share);
     force_t       size = halved(full, x->turns > 1u ? x->turns - 1u : 0u);
     force_t       less = within_of(x->kept, 0, size);
+    if (x->idle >= x->params.rest_ticks || (effort == 0 && x->still == x->params.rest_ticks))
+    {
+        return 0;
+    }
     if (x->still == x->params.rest_ticks)
     {
-        if (effort == 0)
-        {
-            return 0; // the loop is off
-        }
         const force_t wound  = minus(effort, x->offset);
         const force_t toward = x->sign < 0 ? minus(0, wound) : wound;
         const force_t most   = within_of(toward, 0, size / JOINT_SUPPORT) * JOINT_SUPPORT;
@@ -268,7 +282,7 @@ force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t 
             joint->q_ref = q_ref;
             joint->q     = q;
         }
-        const way_t intended = motion(joint, q_ref, joint->q_ref);
+        const way_t intended = way_within(way_between(q_ref, joint->q_ref), joint->params.fastest); // also a step
         const way_t measured = motion(joint, q, joint->q);
         const way_t off      = way_between(q_ref, q);
         joint->q_ref         = q_ref;
@@ -276,6 +290,11 @@ force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t 
         direct(joint, intended, off, sound);
         guard(joint, intended, measured, off);
         slide_on(joint, intended, measured, off);
+        count_idle(joint, sound, off);
+    }
+    else
+    {
+        count_one(&joint->idle);
     }
     const force_t most = joint->params.effort_max;
     const force_t sum  = plus(plus(sound, joint->load), term_of(joint, sound));
