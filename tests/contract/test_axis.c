@@ -159,6 +159,9 @@ static void test_each_field_is_checked(void)
         config           = rig(1.0f);
         config.arm_lag_s = bad[i];
         TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_LAG, refused(&config));
+        config         = rig(1.0f);
+        config.noise_n = bad[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_NOISE, refused(&config));
         config               = rig(1.0f);
         config.usual_force_n = bad[i];
         TEST_ASSERT_EQUAL(TRIBO_ERR_USUAL_FORCE, refused(&config));
@@ -193,7 +196,7 @@ static void test_each_field_is_checked(void)
     TEST_ASSERT_EQUAL(TRIBO_ERR_PAPER_SAMPLE_TIME, refused(&config));
     config         = rig(1.0f);
     config.noise_n = NAN;
-    TEST_ASSERT_EQUAL(TRIBO_ERR_GUARD_STRAY, refused(&config));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_NOISE, refused(&config));
     config           = rig(1.0f);
     config.arm_lag_s = 0.0f; // none that is known
     TEST_ASSERT_EQUAL(TRIBO_OK, refused(&config));
@@ -480,6 +483,40 @@ static void test_each_warning_has_a_sentence_and_a_command_clears_what_is_latche
     TEST_ASSERT_NULL(tribo_axis_warning(&report.warnings));
 }
 
+static void test_a_learner_that_nobody_calls_is_a_warning(void)
+{
+    const tribo_axis_f32_config_t config = rig(1.0f);
+    tribo_axis_report_t           report;
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    axis.memory.state.late = 1;
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_NOT_NULL(strstr(tribo_axis_warning(&report.warnings), "tribo_axis_q31_learn"));
+    axis.memory.state.learner.travel_n = 1.0f; // late, but it learns
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_EQUAL_UINT32(0, report.warnings);
+}
+
+static void test_the_largest_limits_are_taken(void)
+{
+    tribo_axis_f32_config_t config = rig(1.0f);
+    config.u_min_n                 = -1e6f;
+    config.u_max_n                 = 1e6f;
+    tribo_axis_f32_params_t params;
+    TEST_ASSERT_EQUAL(TRIBO_OK, tribo_axis_f32_prepare(&params, &config));
+    TEST_ASSERT_TRUE(params.loop.input_max_n == 1e6f);
+}
+
+#if TRIBO_IS_Q31
+static void test_a_usual_force_beyond_the_full_scale_is_refused(void)
+{
+    tribo_axis_f32_config_t config = rig(1.0f);
+    axis_params_t           params;
+    config.usual_force_n = 1.01f * (float)FULL_SCALE_N;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_USUAL_FORCE, tribo_axis_q31_prepare(&params, &config, (float)FULL_SCALE_N));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_FULL_SCALE, tribo_axis_q31_prepare(&params, &config, NAN));
+}
+#endif
+
 #if TRIBO_IS_Q31
 static void test_forces_fit_the_full_scale(void)
 {
@@ -507,7 +544,10 @@ int main(void)
     RUN_TEST(test_what_is_learned_outlives_a_loss_of_power);
     RUN_TEST(test_a_blob_with_a_flipped_bit_is_refused);
     RUN_TEST(test_each_warning_has_a_sentence_and_a_command_clears_what_is_latched);
+    RUN_TEST(test_a_learner_that_nobody_calls_is_a_warning);
+    RUN_TEST(test_the_largest_limits_are_taken);
 #if TRIBO_IS_Q31
+    RUN_TEST(test_a_usual_force_beyond_the_full_scale_is_refused);
     RUN_TEST(test_forces_fit_the_full_scale);
 #endif
     return UNITY_END();

@@ -46,13 +46,14 @@ typedef struct
 
 typedef struct
 {
-    float sample_time_s;              ///< time between two ticks, 1e-6 to 0.1 s
-    float u_min_n;                    ///< -1e6 to 0 N
-    float u_max_n;                    ///< 0 to 1e6 N, over u_min_n
-    float input_max_n;                ///< largest credible |r| and |y|, up to 1e6 N; 0: twice the larger limit of u
-    float usual_force_n;              ///< |F| around which the rig usually works; 0: a quarter of the larger limit of u
-    tribo_breakaway_f32_t   positive; ///< breakaway, offset_n + slope |F|, right within a factor of 3
-    tribo_breakaway_f32_t   negative; ///< breakaway in the negative direction; 0: the same as in the positive one
+    float sample_time_s; ///< time between two ticks, 1e-6 to 0.1 s
+    float u_min_n;       ///< -1e6 to 0 N
+    float u_max_n;       ///< 0 to 1e6 N, over u_min_n
+    float input_max_n;   ///< largest credible |r| and |y|, up to 1e6 N; 0: twice the larger limit of u
+    float
+        usual_force_n; ///< |F| around which the rig usually works, in Q31 up to the full scale; 0: a quarter of the larger limit of u
+    tribo_breakaway_f32_t   positive;  ///< breakaway, offset_n + slope |F|, right within a factor of 3
+    tribo_breakaway_f32_t   negative;  ///< breakaway in the negative direction; 0: the same as in the positive one
     float                   gravity_n; ///< constant load on the arm, as end-point force
     float                   arm_lag_s; ///< damping divided by stiffness of the arm, s; 0: not known
     float                   noise_n;   ///< standard deviation of y; 0: not known
@@ -108,7 +109,7 @@ tribo_axis_controller_t tribo_own(void);
 tribo_axis_f32_config_t tribo_axis_f32_config(void);
 
 /// Initialises an axis at rest that has learned nothing. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME,
-/// TRIBO_ERR_U_MIN, TRIBO_ERR_U_MAX, TRIBO_ERR_CONTROLLER, TRIBO_ERR_PI, TRIBO_ERR_AXIS_LAG, or a status of
+/// TRIBO_ERR_U_MIN, TRIBO_ERR_U_MAX, TRIBO_ERR_CONTROLLER, TRIBO_ERR_PI, TRIBO_ERR_AXIS_LAG, TRIBO_ERR_AXIS_NOISE, or a status of
 /// tribo_force_loop_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_axis_f32_init(tribo_axis_f32_t *axis, const tribo_axis_f32_config_t *config);
 

@@ -1,5 +1,6 @@
-/// A joint with current and encoder, Q31: the twin of joint_f32.h. Effort is Q31 of the config's effort_max, positions are counts of the
-/// encoder, which may wrap at 32 bits. Config and report are the twin's, in your units and counts. Not synchronized: one joint, one tick.
+/// A joint with a current measurement and an encoder, Q31. joint_f32.h explains each call. Effort is Q31 of the
+/// config's effort_max. Positions are counts of the encoder, which may wrap at 32 bits. Config and report are the same,
+/// in your units and counts. Not synchronized: one joint, one tick.
 
 #ifndef TRIBO_JOINT_Q31_H
 #define TRIBO_JOINT_Q31_H
@@ -12,35 +13,35 @@ extern "C" {
 
 typedef struct tribo_joint_q31 tribo_joint_q31_t;
 
-/// See the twin, whose statuses these are.
+/// Initialises a joint. Returns a status of tribo_joint_f32_init.
 tribo_status_t tribo_joint_q31_init(tribo_joint_q31_t *joint, const tribo_joint_config_t *config);
 
-/// See the twin. No effort is bad.
+/// Runs one tick: returns u. Every effort is credible.
 int32_t tribo_joint_q31_step(tribo_joint_q31_t *joint, int32_t effort, int32_t q_ref, int32_t q);
 
-/// See the twin.
+/// Sets the load that your model of the arm computes.
 void tribo_joint_q31_load(tribo_joint_q31_t *joint, int32_t load);
 
-/// See the twin; with float, so not for the tick.
+/// Changes the gain. It computes in float32, so do not call it in the tick.
 tribo_status_t tribo_joint_q31_gain(tribo_joint_q31_t *joint, float gain);
 
-/// See the twin.
+/// Clears the latched cause; the term comes back within a third of a second.
 void tribo_joint_q31_restore(tribo_joint_q31_t *joint);
 
-/// See the twin; with float, in the config's unit.
+/// Returns the end-point force in the config's unit. It computes in float32.
 tribo_joint_force_t tribo_joint_q31_force(const tribo_joint_q31_t *joint);
 
-/// See the twin.
+/// Writes the report. Not for the tick.
 void tribo_joint_q31_report(const tribo_joint_q31_t *joint, tribo_joint_report_t *report);
 
 // --- contents of the types above: reserve room for them; write only the members whose comment says so ---------------
 
-/// See the twin. Motion is Q12 of a count, parts are Q32.
+/// Constants of a tick; tribo_joint_f32_params_t explains them. Motion is Q12 of a count, parts are Q32.
 typedef struct
 {
     int32_t  effort_max, half, fastest;
     uint32_t gain, led, jump, level_part, observer_part, actuator_part, fade_step, rest_ticks;
-    float    unit; ///< effort of full scale
+    float    unit; ///< the effort of full scale
 } tribo_joint_q31_params_t;
 
 typedef struct
@@ -53,7 +54,7 @@ typedef struct
     uint8_t  follows, has[2];
 } tribo_joint_q31_slide_t;
 
-/// See the twin.
+/// tribo_joint_f32 explains the members.
 struct tribo_joint_q31
 {
     tribo_joint_q31_params_t params;

@@ -130,6 +130,7 @@ extern "C" {
     REFUSAL(CONTROLLER, "controller", "controller: one of tribo_pi, tribo_sections, tribo_paper and tribo_own; of a loop one of pi and sections") \
     REFUSAL(PI, "controller", "controller kp, ki_per_s: kp 1e-6 to 1e5, ki_per_s 0 to 1e5 1/s and times sample_time_s at most 2 kp") \
     REFUSAL(AXIS_LAG, "compensator.arm", "arm_lag_s: 0 to 1000 sample times") \
+    REFUSAL(AXIS_NOISE, "", "noise_n: 0 to 1e6 N") \
     REFUSAL(AXIS_ORDER, "", "order of calls: the init comes first, and prepare before change") \
     REFUSAL(BLOB_VERSION, "", "blob version: of another version or arithmetic of tribo") \
     REFUSAL(BLOB_CHECKSUM, "", "blob checksum: not of these bytes") \

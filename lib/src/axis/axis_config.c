@@ -16,6 +16,7 @@
 #define WARN_HUNTING   16u
 #define WARN_OVERSHOOT 32u
 #define WARN_FORGOTTEN 64u
+#define WARN_LATE      128u
 
 tribo_axis_controller_t tribo_pi(float kp, float ki_per_s)
 {
@@ -92,11 +93,16 @@ tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop, con
     {
         return TRIBO_ERR_AXIS_LAG;
     }
+    if (!within(config->noise_n, 0.0f, TRIBO_F32_FORCE_MAX_N))
+    {
+        return TRIBO_ERR_AXIS_NOISE;
+    }
     const float most = larger(-config->u_min_n, config->u_max_n);
 
-    *loop                    = tribo_force_loop_f32_rig();
-    loop->sample_time_s      = h;
-    loop->input_max_n        = config->input_max_n == 0.0f ? 2.0f * most : config->input_max_n;
+    *loop               = tribo_force_loop_f32_rig();
+    loop->sample_time_s = h;
+    loop->input_max_n =
+        config->input_max_n != 0.0f ? config->input_max_n : limit_f32(2.0f * most, 0.0f, TRIBO_F32_FORCE_MAX_N);
     loop->usual_force_n      = config->usual_force_n;
     loop->controller.u_min_n = config->u_min_n;
     loop->controller.u_max_n = config->u_max_n;
@@ -189,7 +195,8 @@ void tribo_axis_report_warn(tribo_axis_report_t               *report,
         bit_if(report->bad_inputs > 0u, WARN_BAD_INPUT) | bit_if(report->limited_ticks > 0u, WARN_LIMITED) |
         bit_if(learned->stays_at_bound, WARN_AT_BOUND) | bit_if(learned->harms, WARN_HARMS) |
         bit_if(cause == TRIBO_GUARD_HUNTING, WARN_HUNTING) | bit_if(cause == TRIBO_GUARD_OVERSHOOT, WARN_OVERSHOOT) |
-        bit_if(report->forgotten > 0u, WARN_FORGOTTEN);
+        bit_if(report->forgotten > 0u, WARN_FORGOTTEN) |
+        bit_if(report->late > 0u && learned->travel_n == 0.0f, WARN_LATE);
 }
 
 const char *tribo_axis_warning(uint32_t *warnings)
@@ -211,7 +218,9 @@ const char *tribo_axis_warning(uint32_t *warnings)
     case WARN_OVERSHOOT:
         return "guard: friction faded, the force overshot its reversals again and again";
     case WARN_FORGOTTEN:
-        return "forgotten: corrupt memory was found, and what was learned with it is lost";
+        return "forgotten: corrupt memory was found and reset, or a tick's first half was called without its second";
+    case WARN_LATE:
+        return "late: nothing is learned, because nobody calls tribo_axis_q31_learn";
     default:
         return NULL;
     }

@@ -12,6 +12,10 @@ static tribo_status_t axis_make_loop(tribo_force_loop_q31_params_t       *params
                                      float                                full_scale_n)
 {
     const tribo_force_loop_q31_config_t config = {.loop = *loop, .full_scale_n = full_scale_n};
+    if (loop->usual_force_n > full_scale_n) // the report asks for friction there
+    {
+        return TRIBO_ERR_USUAL_FORCE;
+    }
     return tribo_force_loop_q31_init(params, &config);
 }
 

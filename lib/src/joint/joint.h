@@ -1,4 +1,5 @@
-// A joint with current and encoder, a text for both arithmetics. It stands behind joint_f32.c's or joint_q31.c's words.
+// One tick of a joint with current and encoder. This text serves both arithmetics; joint_f32.c and joint_q31.c include
+// it after their words.
 
 #include "joint_config.h"
 
@@ -20,7 +21,7 @@ static force_t size_of(force_t x)
     return x < 0 ? -x : x;
 }
 
-/// A play of a travel: its slack follows `moved`; the side to which it is pushed, 0 within.
+/// Moves a play by `moved`. Returns the side to which the play is pushed, or 0 while the motion stays within it.
 static int8_t push(way_t *slack, way_t moved, way_t half)
 {
     const way_t wanted = way_plus(*slack, moved);
@@ -28,7 +29,7 @@ static int8_t push(way_t *slack, way_t moved, way_t half)
     return sign_of(wanted - *slack);
 }
 
-/// The guard trips, or has tripped before.
+/// Latches a cause, unless one is latched already.
 static void trip(joint_t *x, tribo_joint_cause_t cause)
 {
     if (x->cause == TRIBO_JOINT_SOUND)
@@ -37,8 +38,8 @@ static void trip(joint_t *x, tribo_joint_cause_t cause)
     }
 }
 
-/// Counts the ticks in which the loop does nothing although the joint is away from q_ref: it is off. An effort ends that, and so does
-/// a hand, for which q_ref is q.
+/// Counts the ticks in which the loop does nothing although the joint is away from q_ref: it is off. An effort ends
+/// that, and so does a hand, for which q_ref is q.
 static void count_idle(joint_t *x, force_t effort, way_t off)
 {
     if (effort != 0 || off == 0)
@@ -51,7 +52,7 @@ static void count_idle(joint_t *x, force_t effort, way_t off)
     }
 }
 
-/// The direction that friction opposes. `off` is q_ref - q.
+/// Chooses the direction of the term. `off` is q_ref - q.
 static void direct(joint_t *x, way_t intended, way_t off, force_t effort)
 {
     const way_t  half = x->params.half;
@@ -88,7 +89,8 @@ static void direct(joint_t *x, way_t intended, way_t off, force_t effort)
     }
 }
 
-/// Whether the joint runs ahead of q_ref with its term: by more than JOINT_ASTRAY, and than 0.2 s at half of its last peak speed.
+/// Trips if the joint runs ahead of q_ref with its term, by more than JOINT_ASTRAY and more than 0.2 s at half of its
+/// last peak speed.
 static void guard(joint_t *x, way_t intended, way_t measured, way_t off)
 {
     const way_t ahead = x->sign > 0 ? way_plus(measured, -intended) : way_plus(intended, -measured);
@@ -101,7 +103,8 @@ static void guard(joint_t *x, way_t intended, way_t measured, way_t off)
     }
 }
 
-/// A slide in each direction: friction, and the load that does not reverse. One pair moves what is learned by up to a quarter.
+/// Learns from one slide in each direction: their mean is friction, their difference the load, which does not reverse.
+/// Two slides change the learned values by up to a quarter.
 static void learn(joint_t *x)
 {
     joint_slide_t *const slide = &x->slide;
@@ -134,7 +137,8 @@ static void learn(joint_t *x)
     x->spread += (size_of(error) - x->spread) / 4;
 }
 
-/// The mean effort against the motion over a slide that counts. The way back by a travel, until the play is pushed, is friction as well.
+/// Returns the mean effort against the motion over a slide. The travel back within the play is added, because friction
+/// acts there as well.
 static force_t slide_mean(const joint_slide_t *slide, way_t half)
 {
     const long_t slow    = slide->side > 0 ? slide->slow_travel : -slide->slow_travel;
@@ -144,8 +148,8 @@ static force_t slide_mean(const joint_slide_t *slide, way_t half)
                    : mean_effort(slide->work, all + 4 * (long_t)half);
 }
 
-/// A slide ends: it counts if it is long enough, and if q_ref asked for it. A joint that sticks starts long after q_ref: what q_ref has moved since
-/// the last slide that way is what it asks for.
+/// Ends a slide. It counts if it is long enough and if q_ref asked for it. A sticking joint starts long after q_ref, so
+/// the travel of q_ref is counted from the last slide in that direction on.
 static void end_slide(joint_t *x)
 {
     joint_slide_t *const slide = &x->slide;
@@ -173,7 +177,8 @@ static void end_slide(joint_t *x)
     slide->peak         = 0;
 }
 
-/// One tick of a slide. The same low pass for motion and effort keeps kinetic energy in balance, and spreads the counts of an encoder.
+/// Runs one tick of a slide. The same low pass for motion and effort keeps the kinetic energy in balance, and smooths
+/// the counts of an encoder.
 static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
 {
     joint_slide_t *const        slide  = &x->slide;
@@ -211,8 +216,9 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
     }
 }
 
-/// Where the term is to go. At rest it needs a loop that is on, gives way to an effort that opposes it, and off q_ref needs one that goes back: a term alone never
-/// moves the joint.
+/// Returns the value that the term moves to: 0 without a loop or an encoder. At rest the term gives way to an effort
+/// that opposes it, and away from q_ref it needs an effort that points back, so that the term alone never moves the
+/// joint.
 static force_t wanted_term(const joint_t *x, force_t effort)
 {
     const force_t full = faded_by(x->level, x->share);
@@ -234,7 +240,7 @@ static force_t wanted_term(const joint_t *x, force_t effort)
     return x->sign < 0 ? less - size : (x->sign > 0 ? size - less : 0);
 }
 
-/// The term, on its way.
+/// Moves the term towards its wanted value and returns it.
 static force_t term_of(joint_t *x, force_t effort)
 {
     const joint_params_t *const params = &x->params;
@@ -250,7 +256,7 @@ static force_t term_of(joint_t *x, force_t effort)
     return x->term;
 }
 
-/// A change of a position; one that is none ends no slide, but voids it.
+/// Returns the change of q in this tick. A jump that is not a motion counts as none and voids the slide.
 static way_t motion(joint_t *x, position_t now, position_t before)
 {
     const way_t moved = way_between(now, before);
