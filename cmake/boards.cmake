@@ -1,9 +1,9 @@
-# boards.json, the list of boards (boards.py says what is in a row), for CMake.
+# Reads boards.json, the list of boards, for CMake; boards.py describes a row.
 include_guard(DIRECTORY)
 file(READ ${CMAKE_CURRENT_LIST_DIR}/boards.json tribo_boards)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/boards.json)
 
-# The words of a row's value as a list; empty if the row has no such key.
+# Returns the words of a row's value as a list, empty if the row has no such key.
 function(tribo_board out name key)
   string(JSON value ERROR_VARIABLE missing GET "${tribo_boards}" "${name}" "${key}")
   if(missing)
@@ -13,7 +13,7 @@ function(tribo_board out name key)
   set(${out} "${value}" PARENT_SCOPE)
 endfunction()
 
-# The emulated processors as the X-macro SIM_BOARDS of a header, a row each: name of the target, name of its preset, command.
+# Writes a header with the X-macro SIM_BOARDS, one row per emulated processor: name of the target, name of its preset, command.
 function(tribo_write_boards header)
   set(rows "")
   string(JSON last LENGTH "${tribo_boards}")

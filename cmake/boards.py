@@ -1,20 +1,20 @@
 #!/usr/bin/env -S python3 -B
-"""The list of boards, boards.json, for the tools; boards.cmake reads it for CMake. A row is all that a new board needs beside
-its folder. Run as a program it writes presets/boards.json, the presets of every row.
+"""Reads boards.json, the list of boards, for the tools; boards.cmake reads it for CMake. A new board needs only a row and its
+folder. Run as a program, this file writes presets/boards.json, the presets of every row.
 
-A row of an emulated processor is a QEMU machine, all of which share firmware/port/emulated:
+A row of an emulated processor describes a QEMU machine; all of these share firmware/port/emulated:
 
     what         one line about it
     tools        prefix of its compiler and binutils
-    flags        of the compiler
+    flags        flags of the compiler
     qemu         the command that starts its machine
     memory       start and size of flash, start and size of RAM, size of the stack
     model        llvm-mca's CPU; left out if there is none
-    test_qemu, test_memory    more RAM for the tests, where the machine's own does not hold them
+    test_qemu, test_memory    more RAM for the tests, if the machine's own is too small for them
     same_code    another processor for which the compiler writes the same instructions, as the test target.same_code checks:
                  the unit and contract tests run there only
 
-A row with `processor` is a board with a port of its own: the folder firmware/port/NAME, for that processor.
+A row with `processor` describes a board with its own port, the folder firmware/port/NAME, for that processor.
 """
 
 import json
@@ -28,12 +28,12 @@ PORTS = [name for name, row in ROWS.items() if "processor" in row]
 
 
 def processor(name):
-    """The row that has a board's compiler."""
+    """Returns the row that has a board's compiler."""
     return ROWS[ROWS[name].get("processor", name)]
 
 
 def test_machine(name):
-    """The QEMU command for an emulated processor's tests."""
+    """Returns the QEMU command for an emulated processor's tests."""
     return ROWS[name]["qemu"].split() + ROWS[name].get("test_qemu", "").split()
 
 
@@ -77,7 +77,7 @@ def presets():
 
 
 def presets_text():
-    """A preset a line."""
+    """Formats the presets, one per line."""
     parts = []
     for key, value in presets().items():
         if isinstance(value, list):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Prints the C sources that a change since the merge base with origin/main touches, one a line: those changed, and those that
-include a changed header, directly or through others. Prints "all" where that is not known or where the rules themselves changed."""
+"""Prints the C sources that changed since the merge base with origin/main, one per line: those that were edited, and those that
+include an edited header, directly or through others. Prints "all" if this is not known or if the rules themselves changed."""
 
 import collections
 import pathlib
@@ -23,7 +23,7 @@ def changed():
 
 
 def including():
-    """The files that include a header, by its name without folders: two of the same name count as one."""
+    """Returns the files that include a header, by its name without folders; headers of the same name count as one."""
     users = collections.defaultdict(set)
     for path in git("ls-files", "--cached", "--others", "--exclude-standard", "*.[ch]"):
         if (ROOT / path).exists():

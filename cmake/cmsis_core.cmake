@@ -1,10 +1,10 @@
-# CMSIS-Core (Arm, Apache-2.0), the names of a Cortex-M's own registers; its source is not part of this project. The first of:
+# Finds CMSIS-Core (Arm, Apache-2.0), which names a Cortex-M's own registers; its source is not part of this project. Takes the first of:
 #
-#   1. -DTRIBO_CMSIS_CORE_DIR=... : the directory of core_cm4.h, of an installed CMSIS
+#   1. -DTRIBO_CMSIS_CORE_DIR=... : the directory of core_cm4.h in an installed CMSIS
 #   2. the one in the user's cache
-#   3. the npm package, fetched into that cache by npm from the registry that npm is configured for
+#   3. the npm package, which npm fetches into that cache from its configured registry
 #
-# `cmake -P cmake/cmsis_core.cmake`, of tools/setup, only fetches.
+# tools/setup runs `cmake -P cmake/cmsis_core.cmake`, which only fetches it.
 
 set(cmsis_version 5.4.0-6)
 set(cmsis_sha512 a2a1948d685098e3e549ccb03bb549e1a1ee2d0c2bcf18df9fee231e20e22424a6ed788a49cf3ff1c9081ebced234343fc875bf895c69c69d9fa23f3fe4f0505)

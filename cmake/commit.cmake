@@ -1,5 +1,5 @@
-# Writes OUTPUT, a header with the commit that SOURCE is at: cmake -D SOURCE=... -D OUTPUT=... -P commit.cmake. Not written where nothing has
-# changed, so that nothing is compiled anew. Empty outside a checkout, as in a released archive.
+# Writes OUTPUT, a header with the commit of SOURCE: cmake -D SOURCE=... -D OUTPUT=... -P commit.cmake. Leaves an unchanged header alone, so that
+# nothing is compiled again. The commit is empty outside a checkout, for example in a released archive.
 cmake_minimum_required(VERSION 3.25)
 set(commit "")
 if(EXISTS ${SOURCE}/.git)

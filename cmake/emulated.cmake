@@ -1,5 +1,5 @@
-# Programs for the QEMU machine of the tree's processor (boards.json): picolibc over semihosting, so that the tests read files
-# and print as on the host, and tests/target/emulate to run them.
+# Builds programs for the QEMU machine of the tree's processor (boards.json). They use picolibc over semihosting, so that the tests read files
+# and print as on the host; tests/target/emulate runs them.
 include(${CMAKE_CURRENT_LIST_DIR}/boards.cmake)
 set(processor ${CMAKE_SYSTEM_PROCESSOR})
 unset(memory)

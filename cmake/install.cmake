@@ -1,4 +1,4 @@
-# tribo::lib for find_package(tribo), and tribo.pc for pkg-config. Both find themselves: the installed tree may move.
+# Installs tribo::lib for find_package(tribo), and tribo.pc for pkg-config. Both use relative paths, so the installed tree may be moved.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -16,8 +16,8 @@ install(FILES ${PROJECT_BINARY_DIR}/tribo.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}
 
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT drive)
 
-# The tools that need no Python package but matplotlib, and in bin by their names. tribo-design, tribo-identify and tribo-rig are
-# installed by pip (docs/python.md).
+# Installs the tools that need no Python package except matplotlib, with their names in bin. pip installs tribo-design, tribo-identify and
+# tribo-rig (docs/python.md).
 if(TRIBO_HOST_SIM)
   include(cmake/uplot.cmake)
   set(tools ${CMAKE_INSTALL_DATADIR}/tribo/tools)

@@ -1,5 +1,5 @@
-# Lint as tests, all with the versions that tools/setup installs: clang-tidy a test a file, cppcheck and
-# clang-format one each. Everything is read from compile_commands.json; nothing needs to be compiled.
+# Runs the linters as tests, with the versions that tools/setup installs: one clang-tidy test per file, one test for cppcheck and
+# one for clang-format. They read compile_commands.json; nothing needs to be compiled.
 find_program(TRIBO_CLANG_TIDY clang-tidy-19 REQUIRED)
 find_program(TRIBO_CLANG_FORMAT clang-format-19 REQUIRED)
 find_program(TRIBO_CPPCHECK cppcheck REQUIRED)
@@ -7,7 +7,7 @@ find_program(TRIBO_CPPCHECK cppcheck REQUIRED)
 file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} lib/*.[ch] common/*.[ch] firmware/*.[ch] host_sim/*.[ch] python/*.[ch] tests/*.[ch]
      examples/*.[ch] wire/*.h tools/fmu/*.[ch] tools/identify/*.[ch] tools/link/*.[ch] tools/sim/*.[ch] playground/*.[ch])
 
-# The interface of libgpiod that is not here, see tests/linux_vm.
+# The interface of a libgpiod that is not installed; see tests/linux_vm.
 set(no_gpiod "lines_v[12]")
 if(TARGET tribo-drive-v2)
   set(no_gpiod "none")
@@ -17,7 +17,8 @@ elseif(TARGET tribo-drive)
 endif()
 
 foreach(source ${sources})
-  # A source that no target of this tree compiles (python, tests/support/doors.c, tests/package, tests/rig, the strange rigs of tests/identify, FMUs, for microcontrollers or WebAssembly only) has no flags to be checked with.
+  # Skips sources that no target of this tree compiles, because there are no flags to check them with: python, tests/support/doors.c, tests/package,
+  # tests/rig, the strange rigs of tests/identify, FMUs, and sources only for microcontrollers or WebAssembly.
   if(source MATCHES "[.]c$" AND NOT source MATCHES "^(examples/|python/|tools/(identify/|fmu/(axis|door|fmi[23]|joint|loop_q31|model|state))|tests/(support/doors|package/|rig/|identify/strange|target/(image|peers)|fuzz/fuzz_link|linux_vm/mock_pwm)|firmware/(app/seal|port/(emulated|rp2040|stm32f405|linux/${no_gpiod})))")
     add_test(NAME ${TRIBO_TEST_PREFIX}tidy/${source}
              COMMAND ${TRIBO_CLANG_TIDY} --quiet --warnings-as-errors=* -p ${PROJECT_BINARY_DIR} ${source}

@@ -1,12 +1,12 @@
-# tribo_add_man(TARGET SUMMARY [MORE]): builds and installs TARGET's manual page, made of its parsers' help; not where it cannot be run.
-# MORE is a file of roff, which goes behind the options.
-# tribo_add_man_of_python(NAME SUMMARY FOLDER WORDS...): likewise of a program in Python, of the files in FOLDER, which WORDS start.
+# tribo_add_man(TARGET SUMMARY [MORE]): builds and installs TARGET's manual page from the help of its parsers, if TARGET can be run here.
+# MORE is a roff file, which follows the options.
+# tribo_add_man_of_python(NAME SUMMARY FOLDER WORDS...): does this for a Python program with files in FOLDER, which WORDS start.
 #
-# All pages are in man/man1 of the build, which a wheel installs as it is (python/CMakeLists.txt).
+# All pages are in man/man1 of the build; a wheel installs this folder unchanged (python/CMakeLists.txt).
 
 find_package(Python3 COMPONENTS Interpreter)
 
-# The page of the program NAME, which COMMAND runs; it is made again if DEPENDS change.
+# Makes the page of the program NAME, which COMMAND runs, and makes it again when DEPENDS change.
 function(tribo_add_page name summary more)
   cmake_parse_arguments(arg "" "" "COMMAND;DEPENDS" ${ARGN})
   set(make ${PROJECT_SOURCE_DIR}/cmake/man.py)
@@ -35,7 +35,7 @@ endfunction()
 
 function(tribo_add_man target summary)
   if((CMAKE_CROSSCOMPILING AND NOT CMAKE_CROSSCOMPILING_EMULATOR) OR NOT Python3_FOUND)
-    add_custom_target(${target}-man) # none
+    add_custom_target(${target}-man) # makes no page
     return()
   endif()
   tribo_add_page(${target} "${summary}" "${ARGV2}" COMMAND ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:${target}> DEPENDS ${target})

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""A manual page of a program and its commands, made of what their parsers print: cmake/man.py NAME SUMMARY MORE PROGRAM... > NAME.1
+"""Makes a manual page of a program and its commands from the help of their parsers: cmake/man.py NAME SUMMARY MORE PROGRAM... > NAME.1
 
-MORE is a file with what goes behind the options, in roff, or "". An emulator or an interpreter comes before the program.
+MORE is a roff file that follows the options, or "". An emulator or an interpreter goes before the program.
 """
 
 import os
@@ -12,9 +12,9 @@ import sys
 
 UNBROKEN = {**os.environ, "ARGP_HELP_FMT": "rmargin=2000", "COLUMNS": "2000"}
 OPTION = re.compile(r"^ {2,6}((?:-[\w?], )?--[\w-]+(?:\[?[= ]\S+)?|-\w(?: \S+)?, --[\w-]+(?: \S+)?)(?: {2,}(.*))?$")
-CHOICE = re.compile(r"^  \{([\w,-]+)\}$")  # argparse's line of all commands
-COMMAND = re.compile(r"^  ([a-z]+) {2,}\S")  # tribo-sim's of one
-TEXT_AT = " " * 18  # where an option too long for its line, or one with more lines than one, has its text
+CHOICE = re.compile(r"^  \{([\w,-]+)\}$")  # the line in which argparse lists the commands
+COMMAND = re.compile(r"^  ([a-z]+) {2,}\S")  # the line in which tribo-sim lists one command
+TEXT_AT = " " * 18  # indent of the text of an option that is too long for its line, or that has several lines
 HEADINGS = {"positional arguments:", "options:"}
 BOILERPLATE = "Mandatory or optional arguments to long options"
 OTHERS = ("tribo-drive", "tribo-link", "tribo-sim")
@@ -30,7 +30,7 @@ def roff(text):
 
 
 def body(lines):
-    """Options, and what has a text beside it, as tagged paragraphs; all else as text."""
+    """Formats options, and other words with a text, as tagged paragraphs, and other lines as text."""
     out, is_tagged, is_text = [], False, False
     for line in lines:
         option = OPTION.match(line)
@@ -53,7 +53,7 @@ def usage(lines):
 
 
 def commands_of(lines):
-    """What the help of a program with commands lists; tribo-link's stand in its help with all their options."""
+    """Returns the commands that a program's help lists. Not for tribo-link, whose help has its commands with all their options."""
     chosen = [match[1].split(",") for line in lines if (match := CHOICE.match(line))]
     if chosen:
         return chosen[0]
@@ -63,11 +63,11 @@ def commands_of(lines):
 def main():
     name, summary, more, *program = sys.argv[1:]
     lines = help_of(*program)
-    page = [f'.TH {name.upper()} 1 "" tribo "User commands"', ".nh", ".ad l",  # an option is not to be broken
+    page = [f'.TH {name.upper()} 1 "" tribo "User commands"', ".nh", ".ad l",  # does not break options
             ".SH NAME", f"{name} \\- {roff(summary)}", ".SH SYNOPSIS", *usage(lines), ".SH DESCRIPTION", *body(lines[1:])]
     for command in commands_of(lines):
         lines = help_of(*program, command)
-        end = next((i for i, line in enumerate(lines) if line.startswith(("Targets:", "The folders"))), len(lines))  # of all commands
+        end = next((i for i, line in enumerate(lines) if line.startswith(("Targets:", "The folders"))), len(lines))  # the part that all commands share
         page += [f".SH {command.upper()}", *usage(lines), *body(lines[1:end])]
     page += [pathlib.Path(more).read_text(encoding="utf-8").rstrip("\n")] if more else []
     others = [other for other in OTHERS if other != name]

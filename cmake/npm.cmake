@@ -1,8 +1,8 @@
-# Packages of npm that are no part of this project, fetched by npm from the registry that it is configured for, into the user's
-# cache. Only the parts that are asked for are kept.
+# Fetches npm packages that are not part of this project from npm's configured registry into the user's cache. Only the requested parts
+# are kept.
 
-# fetch_npm_package(NAME VERSION SHA512 FOLDER WAY_OUT PATTERN...): FOLDER is what the package's files are put into, the patterns
-# are of package/..., WAY_OUT what the user can do without npm or a network.
+# fetch_npm_package(NAME VERSION SHA512 FOLDER WAY_OUT PATTERN...): FOLDER receives the package's files, the patterns select files of
+# package/..., and WAY_OUT says what the user can do without npm or a network.
 function(fetch_npm_package name version sha512 folder way_out)
   set(work "${folder}.new")
   find_program(TRIBO_NPM npm NO_CACHE)
@@ -16,7 +16,7 @@ function(fetch_npm_package name version sha512 folder way_out)
     COMMAND "${TRIBO_NPM}" pack --loglevel=error --fetch-retries=1 --fetch-retry-mintimeout=1000 "${name}@${version}"
     WORKING_DIRECTORY "${work}"
     TIMEOUT 120
-    OUTPUT_QUIET # its reasons go to standard error
+    OUTPUT_QUIET # npm prints its reasons to standard error
     RESULT_VARIABLE result)
   file(GLOB archive "${work}/*.tgz")
   if(NOT result EQUAL 0 OR NOT archive)

@@ -1,6 +1,6 @@
-# The documentation as a site: `cmake --build --preset host-release --target site`, then open build/host-release/site/site/index.html. Its
-# generator is mkdocs-material, and iframe-worker (Martin Donath, MIT) is what its search needs where a page is opened as a file. Both are no
-# part of this project: tools/setup site brings them, the latter by `cmake -P cmake/site.cmake`.
+# Builds the documentation as a site: `cmake --build --preset host-release --target site`, then open build/host-release/site/site/index.html.
+# mkdocs-material generates it. Its search needs iframe-worker (Martin Donath, MIT) if a page is opened as a file. Neither is part of this project:
+# tools/setup site installs them, iframe-worker by `cmake -P cmake/site.cmake`.
 
 set(iframe_worker_version 1.0.4)
 set(iframe_worker_sha512

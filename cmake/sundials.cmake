@@ -1,6 +1,6 @@
-# SUNDIALS CVODE with serial vectors and dense matrices: target sundials_cvode_serial. The one that tools/setup has built into
-# the user's cache, otherwise the system's. Its own CMake package is not used, as Debian's asks for OpenMP of the compiler, for
-# parts that nothing here needs.
+# Finds SUNDIALS CVODE with serial vectors and dense matrices: target sundials_cvode_serial. Takes the one that tools/setup has built into
+# the user's cache, otherwise the system's. Does not use its CMake package, because Debian's requires a compiler with OpenMP for parts that
+# nothing here needs.
 set(sundials_version 6.4.1)
 include("${CMAKE_CURRENT_LIST_DIR}/user_cache.cmake")
 set(where)
@@ -19,7 +19,7 @@ if("${SUNDIALS_INCLUDE_DIR};${sundials_libraries}" MATCHES "NOTFOUND")
   message(FATAL_ERROR "SUNDIALS (CVODE) not found, which the tests compare the truth models with: "
                       "run tools/setup check, or leave the tests out with -DBUILD_TESTING=OFF")
 endif()
-# From version 7 on.
+# Exists from version 7 on.
 find_library(SUNDIALS_core_LIBRARY sundials_core ${where} PATH_SUFFIXES lib)
 mark_as_advanced(SUNDIALS_core_LIBRARY)
 if(SUNDIALS_core_LIBRARY)

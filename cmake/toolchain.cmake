@@ -1,4 +1,4 @@
-# The cross-compiler for TRIBO_PROCESSOR, a name of boards.json; the presets of the boards set both.
+# Sets the cross-compiler for TRIBO_PROCESSOR, a name in boards.json; the presets of the boards set TRIBO_PROCESSOR and this toolchain.
 include(${CMAKE_CURRENT_LIST_DIR}/boards.cmake)
 set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES TRIBO_PROCESSOR)
 tribo_board(tools "${TRIBO_PROCESSOR}" tools)

@@ -1,8 +1,8 @@
-# Unity (ThrowTheSwitch), the test framework; its source is not part of this project. The first of:
+# Finds Unity (ThrowTheSwitch), the test framework; its source is not part of this project. Takes the first of:
 #
 #   1. -DTRIBO_UNITY_DIR=... : the directory of unity.c
-#   2. an installed one: the Debian 13 package cmock carries it
-#   3. the one that tools/setup took out of that package on a system without it (Debian 12)
+#   2. an installed one: the Debian 13 package cmock contains it
+#   3. the one that tools/setup extracted from that package on a system without it (Debian 12)
 #   4. the release archive
 
 set(TRIBO_UNITY_DIR "" CACHE PATH "Directory of Unity's unity.c and unity.h; empty: look for it")

@@ -1,5 +1,5 @@
-# uPlot (Leon Sorokin, MIT), which the HTML pages of tools/tribo-plot zoom with; no part of this project. `cmake -P cmake/uplot.cmake`,
-# of tools/setup plot, fetches it into the user's cache. Included, it only says where that is: tribo-plot tells if it is missing.
+# Finds uPlot (Leon Sorokin, MIT), which lets the HTML pages of tools/tribo-plot zoom; it is not part of this project. tools/setup plot runs
+# `cmake -P cmake/uplot.cmake`, which fetches it into the user's cache. Included, this file only sets its path; tribo-plot reports if it is missing.
 
 file(STRINGS "${CMAKE_CURRENT_LIST_DIR}/../tools/tribo_plot/page.py" uplot_version REGEX "^UPLOT_VERSION")
 string(REGEX REPLACE ".*\"(.*)\".*" "\\1" uplot_version "${uplot_version}")

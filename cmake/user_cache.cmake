@@ -1,4 +1,4 @@
-# Where what is fetched for this project is kept, of each user.
+# Sets the cache of the user, in which files fetched for this project are kept.
 
 set(user_cache "$ENV{XDG_CACHE_HOME}")
 if(user_cache STREQUAL "")

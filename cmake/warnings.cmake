@@ -1,5 +1,5 @@
-# Every target of this project links tribo_warnings privately; nothing of it reaches a user's build.
-# The presets make errors of them (CMAKE_COMPILE_WARNING_AS_ERROR).
+# Every target of this project links tribo_warnings privately, so it never reaches a user's build.
+# The presets turn warnings into errors (CMAKE_COMPILE_WARNING_AS_ERROR).
 add_library(tribo_warnings INTERFACE)
 target_compile_options(
   tribo_warnings
