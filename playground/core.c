@@ -15,7 +15,7 @@ static common_error_t     error;
 static common_scenario_t *scenario;
 static sim_summary_t      summary;
 static joint_result_t     joint;
-static bool               is_joint; // else it is a scenario that was played
+static bool               is_joint; // false: the last run was a scenario
 static double            *columns[SIM_COLUMNS_MAX];
 static unsigned           column_count;
 static size_t             tick_count, rows;
@@ -82,7 +82,7 @@ bool playground_play(char *text, bool q31)
                     sim_scenario_check(scenario, &error) && make_columns_of_scenario() &&
                     sim_run(scenario, &options, record, NULL, &summary, &error);
     free(text);
-    return ok || common_error_set(&error, "out of memory"); // unless an error is set already
+    return ok || common_error_set(&error, "out of memory"); // keeps an earlier error
 }
 
 bool playground_play_joint(double *settings)

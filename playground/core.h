@@ -1,6 +1,7 @@
-/// What the page and its tests call: a scenario's text in, a run's columns out, by the simulator's own source; or the settings of joint.h.
+/// The functions that the page and its tests call. They run a scenario's text, or the settings of joint.h, with the
+/// simulator's own source, and return the columns of the run.
 ///
-/// One run at a time: what a function returns stays until the next run.
+/// There is one run at a time. Returned data stays valid until the next run.
 
 #ifndef PLAYGROUND_CORE_H
 #define PLAYGROUND_CORE_H
@@ -9,20 +10,20 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// JavaScript knows a function by the name in brackets.
+/// JavaScript calls a function by the name in brackets.
 #ifdef __wasm__
 #define EXPORT(name) __attribute__((export_name(#name)))
 #else
 #define EXPORT(name)
 #endif
 
-/// Room for text or settings that the caller writes and a run frees.
+/// Allocates room for text or settings, which the caller writes and a run frees.
 EXPORT(room) char *playground_room(size_t size);
 
-/// Plays the scenario of `text`. False: `complaint` says why.
+/// Runs the scenario in `text`. Returns false if it fails; then `complaint` says why.
 EXPORT(play) bool playground_play(char *text, bool q31);
 
-/// Plays the joint of JOINT_SETTINGS numbers. False: `complaint` says why.
+/// Runs the joint with JOINT_SETTINGS numbers. Returns false if it fails; then `complaint` says why.
 EXPORT(play_joint) bool playground_play_joint(double *settings);
 
 EXPORT(complaint) const char *playground_complaint(void);
@@ -30,16 +31,16 @@ EXPORT(row_count) size_t playground_row_count(void);
 EXPORT(column_count) unsigned playground_column_count(void);
 EXPORT(column_name) const char *playground_column_name(unsigned column);
 EXPORT(column) const double *playground_column(unsigned column);
-/// In N, of a joint in rad.
+/// Returns the error in N, or in rad for a joint.
 EXPORT(rms_error) double playground_rms_error(void);
 EXPORT(max_error) double playground_max_error(void);
-/// Why the guard has faded the compensation; "" if there is none. Of a joint "sound", or a sentence.
+/// Returns why the guard has faded the compensation, "" if there is no guard. For a joint, returns "sound" or a sentence.
 EXPORT(guard) const char *playground_guard(void);
 
-/// The scenario as played, as `tribo-sim run --out` writes it: a file that plays it again.
+/// Returns the scenario as it ran, in the form that `tribo-sim run --out` writes. Running it again gives the same run.
 EXPORT(scenario_text) const char *playground_scenario_text(void);
 
-/// FNV-1a over all numbers of all columns, eight bytes at a time: the same for the same bits.
+/// Returns FNV-1a over all numbers of all columns, eight bytes at a time; it is equal for equal bits.
 EXPORT(digest) uint64_t playground_digest(void);
 
 #endif

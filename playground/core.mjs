@@ -1,4 +1,4 @@
-// The core in JavaScript: makeCore(bytes of core.wasm) gives play(text of a scenario, q31), in a page, a worker or Node.
+// The core in JavaScript, for a page, a worker or Node: makeCore(bytes of core.wasm) returns play(text of a scenario, q31) and playJoint(settings).
 
 export async function makeCore(bytes) {
     const refuse = () => 8; // WASI's "bad file descriptor": a page has neither files nor arguments
@@ -22,7 +22,7 @@ export async function makeCore(bytes) {
         return at;
     };
 
-    // The columns are views that hold until the next call.
+    // The columns are views that are valid until the next call.
     function played(run) {
         const start = performance.now();
         if (!run()) throw new Error(read(wasm.complaint()));

@@ -9,7 +9,7 @@
 #define SUBSTEPS   10
 #define INERTIA    0.0126 // kg m^2
 #define EFFORT_MAX 3.0    // N m
-#define SLOW       0.05   // rad/s: at this speed half of the extra friction is gone
+#define SLOW       0.05   // rad/s; at this speed half of the extra friction is left
 #define DAMPING    0.7    // of the position loop
 
 const char *const joint_column_names[JOINT_COLUMNS] = {"t_s", "q_ref", "q", "error", "u", "friction", "low", "high"};
@@ -19,7 +19,7 @@ typedef struct
     double angle, speed;
 } plant_t;
 
-/// Coulomb friction with more at standstill.
+/// Advances the plant by one tick. It has Coulomb friction plus extra friction at standstill.
 static void plant_step(plant_t *plant, const joint_settings_t *settings, double u)
 {
     const double step = TICK_S / SUBSTEPS;
@@ -27,13 +27,15 @@ static void plant_step(plant_t *plant, const joint_settings_t *settings, double 
     {
         const double slow     = plant->speed / SLOW;
         const double friction = settings->friction * (1.0 + settings->extra / (1.0 + slow * slow));
-        const double push     = u - settings->load + INERTIA * plant->speed / step; // what would stop it in a step
-        plant->speed          = fabs(push) <= friction ? 0.0 : (push - copysign(friction, push)) * step / INERTIA;
+        const double push =
+            u - settings->load + INERTIA * plant->speed / step; // the force that would stop it in one step
+        plant->speed = fabs(push) <= friction ? 0.0 : (push - copysign(friction, push)) * step / INERTIA;
         plant->angle += step * plant->speed;
     }
 }
 
-/// -1 to 1 over a period of 0 to 1. Without libm's sine, whose last bit is not everywhere the same: a polynomial that errs by 2e-4.
+/// Returns the reference, -1 to 1, at `phase`, 0 to 1. The sine is a polynomial with an error of 2e-4, because the last bit
+/// of libm's sine differs between platforms.
 static double shape_of(double shape, double phase)
 {
     const double triangle = phase < 0.25 ? 4.0 * phase : phase < 0.75 ? 2.0 - 4.0 * phase : 4.0 * phase - 4.0;

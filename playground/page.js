@@ -1,29 +1,29 @@
-// The playground: settings -> scenario -> two runs in a worker -> charts.
+// The playground turns settings into a scenario, runs it twice in a worker (without and with compensation) and draws charts.
 "use strict";
 
 const RATIO_MODELS = ["coulomb", "karnopp", "armstrong", "bristle", "lugre", "elasto_plastic", "leuven", "maxwell_slip"];
 const MODELS = {
-    paper: "hysteresis of the paper", coulomb: "Coulomb", karnopp: "Karnopp", armstrong: "Armstrong", dahl: "Dahl", bristle: "bristles", lugre: "LuGre",
+    paper: "the paper's hysteresis", coulomb: "Coulomb", karnopp: "Karnopp", armstrong: "Armstrong", dahl: "Dahl", bristle: "bristles", lugre: "LuGre",
     elasto_plastic: "elasto-plastic", leuven: "Leuven", maxwell_slip: "Maxwell slip", reset_integrator: "reset integrator",
     bliman_sorine: "Bliman–Sorine", lubricated: "lubricated",
 };
 
-// A setting: id, label, unit, least, most, step, default; or words to choose from, by value, the first the default. A group is of one door, or of both.
+// A setting is [id, label, unit, least, most, step, default], or [id, label, choices] with the default first. A group belongs to one door, or to both (null).
 const GROUPS = [
     [null, "What tribo works on", [
         ["door", "Machine", {axis: "arm with a force sensor", joint: "joint without one"}],
     ]],
     ["axis", "Friction of the arm", [
-        ["offset", "Force to break away, unloaded", "N", 0.001, 0.05, 0.001, 0.007],
-        ["slope", "More of it per newton of load", "N/N", 0, 0.6, 0.01, 0.3],
-        ["mismatch", "Real friction, against your number", "%", -50, 100, 5, 0],
-        ["sliding", "Friction while sliding, of that at rest", "", 0.5, 1, 0.01, 1],
-        ["k", "Stiffness before it breaks away", "", 4, 60, 1, 20],
-        ["model", "Law of friction", MODELS],
+        ["offset", "Breakaway force without load", "N", 0.001, 0.05, 0.001, 0.007],
+        ["slope", "Increase per newton of load", "N/N", 0, 0.6, 0.01, 0.3],
+        ["mismatch", "Real friction, compared with your value", "%", -50, 100, 5, 0],
+        ["sliding", "Sliding friction divided by breakaway", "", 0.5, 1, 0.01, 1],
+        ["k", "Stiffness before breakaway", "", 4, 60, 1, 20],
+        ["model", "Friction law", MODELS],
     ]],
     ["axis", "Compensation", [
         ["method", "Method", {feedforward: "tribo's feed-forward", paper: "the paper's, 2011"}],
-        ["gain", "Part that the paper's method feeds back", "", 0, 1.2, 0.05, 0.85],
+        ["gain", "Gain of the paper's method", "", 0, 1.2, 0.05, 0.85],
     ]],
     ["axis", "Force sensor", [
         ["noise", "Noise, standard deviation", "mN", 0, 5, 0.1, 0],
@@ -36,17 +36,17 @@ const GROUPS = [
         ["period", "Period", "s", 2, 40, 1, 20],
     ]],
     ["joint", "Friction of the joint", [
-        ["slides", "Friction while it slides", "N m", 0.02, 1, 0.02, 0.3],
-        ["extra", "More of it at standstill", "%", 0, 100, 5, 20],
-        ["guess", "Your guess of it, before tribo learns", "%", 0, 200, 10, 50],
+        ["slides", "Sliding friction", "N m", 0.02, 1, 0.02, 0.3],
+        ["extra", "Extra friction at standstill", "%", 0, 100, 5, 20],
+        ["guess", "Your guess, before tribo learns", "%", 0, 200, 10, 50],
         ["load", "Constant load, e.g. gravity", "N m", -1, 1, 0.05, 0],
     ]],
     ["joint", "Your position loop, a PD", [
         ["stiffness", "Stiffness", "N m/rad", 5, 100, 5, 20],
-        ["counts", "Counts of the encoder a turn", {65536: "65,536", 16384: "16,384", 4096: "4,096"}],
+        ["counts", "Encoder counts per turn", {65536: "65,536", 16384: "16,384", 4096: "4,096"}],
     ]],
     ["joint", "Compensation", [
-        ["part", "Part of the friction that is taken out", "", 0, 1, 0.05, 0.9],
+        ["part", "Fraction of friction to compensate", "", 0, 1, 0.05, 0.9],
     ]],
     ["joint", "Motion to follow", [
         ["motion", "Shape", {sine: "sine", triangle: "triangle", stops: "moves and stops"}],
@@ -57,22 +57,22 @@ const GROUPS = [
 const SETTINGS = GROUPS.flatMap(([, , settings]) => settings);
 const isChoice = (setting) => typeof setting[2] === "object";
 const standard = (setting) => (isChoice(setting) ? words(setting)[0] : setting[6]);
-// In the order of the lists: an object would have its numbers rise.
+// Keeps the order of the list: an object would sort its numbers.
 const words = (setting) => (setting[0] === "counts" ? ["65536", "16384", "4096"] : Object.keys(setting[2]));
 const standards = Object.fromEntries(SETTINGS.map((setting) => [setting[0], standard(setting)]));
 
 const DURATION_S = 60;
-const START_S = 20; // of the metrics
-const SHOWN_S = 1; // what is before may lie outside a chart over time: the arm starts at 0 N
-const JOINT_EFFORT_MAX = 3; // N m, of joint.c: friction is at most that before it is learned
-const POINTS = 900; // of a line over time, two each
+const START_S = 20; // start of the metrics
+const SHOWN_S = 1; // earlier values may lie outside a chart over time, because the arm starts at 0 N
+const JOINT_EFFORT_MAX = 3; // N m, as in joint.c; the upper bound of friction before anything is learned
+const POINTS = 900; // intervals of a line over time, two points each
 const byId = (id) => document.getElementById(id);
 
 // --- settings ---------------------------------------------------------------------------------------------------------------------
 
 let values = {...standards};
 
-// From the link; what is no setting or outside its range is left out.
+// Reads the settings from the link. Ignores unknown settings and values outside their range.
 function fromLink() {
     const given = new URLSearchParams(location.hash.slice(1));
     values = {...standards};
@@ -90,16 +90,16 @@ function link() {
     return changed.length ? "#" + new URLSearchParams(changed) : "";
 }
 
-// A number without the dust of binary fractions.
+// Rounds a number to 12 digits, to hide the errors of binary fractions.
 const tidy = (number) => Number(number.toPrecision(12));
 
-// The scenario as nested objects; `on` is with compensation.
+// Returns the scenario as nested objects, with compensation if `on`.
 function scenarioOf(v, on) {
     const plant = 1 + v.mismatch / 100;
     const breakaway = {offset_N: v.offset, slope: v.slope};
     const k = {k_min: tidy(0.3 * v.k), k_max: v.k};
-    const believed = {method: on ? v.method : "off", friction: {breakaway, ...k}};
-    if (on && v.method === "paper") believed.gain = v.gain;
+    const compensator = {method: on ? v.method : "off", friction: {breakaway, ...k}};
+    if (on && v.method === "paper") compensator.gain = v.gain;
     const model = RATIO_MODELS.includes(v.model) ? {model: v.model, [v.model]: {sliding_ratio: v.sliding}} : {model: v.model};
     return {
         description: "from the playground",
@@ -107,28 +107,28 @@ function scenarioOf(v, on) {
         reference: {kind: v.shape, low_N: v.low, high_N: v.high, period_s: v.period},
         plant: {...model, friction: {breakaway: {offset_N: tidy(v.offset * plant), slope: tidy(v.slope * plant)}, ...k}},
         sensor: {noise_N: tidy(v.noise / 1000), delay_s: tidy(v.delay / 1000)},
-        compensator: believed,
+        compensator,
         metrics: {start_s: START_S},
     };
 }
 
-// YAML, of which JSON is a part.
+// Returns the scenario as text: JSON is also YAML.
 const textOf = (scenario) => JSON.stringify(scenario);
 
-// The numbers of joint.h's settings, likewise.
+// Returns the numbers of joint.h's settings, with compensation if `on`.
 function jointOf(v, on) {
     return [v.slides, v.extra / 100, v.load, tidy((v.slides * v.guess) / 100), v.stiffness, on ? v.part : 0, Number(v.counts),
             ["sine", "triangle", "stops"].indexOf(v.motion), v.swing, v.time];
 }
 
-// What a user writes for it.
+// Returns the code that a user writes for this joint.
 function configOf(v) {
     const travel = ((4 * 2 * Math.PI) / Number(v.counts)).toPrecision(3);
     return `tribo_joint_config_t config = tribo_joint_config();
 config.sample_time_s = 0.001f;
 config.effort_max    = ${JOINT_EFFORT_MAX}.0f; // N m
 config.travel        = ${travel}f; // rad: four counts of the encoder
-config.breakaway     = ${tidy((v.slides * v.guess) / 100)}f; // N m: a guess, which it corrects
+config.breakaway     = ${tidy((v.slides * v.guess) / 100)}f; // N m: a guess, which tribo corrects
 config.gain          = ${v.part}f;
 tribo_joint_f32_init(&joint, &config);
 // every millisecond:
@@ -158,8 +158,8 @@ function showSettings() {
     for (const group of document.querySelectorAll("fieldset[data-door]")) group.hidden = group.dataset.door !== values.door;
     const isJoint = values.door === "joint";
     byId("save").hidden = isJoint;
-    byId("story").textContent = isJoint ? "A joint that sticks, under a position loop: without tribo, and with tribo between the loop and the drive. It has an encoder and no force sensor."
-        : "A force loop on an arm that sticks, without and with compensation.";
+    byId("story").textContent = isJoint ? "This is a joint with stiction under a position loop, without tribo and with tribo between the loop and the drive. It has an encoder but no force sensor."
+        : "This is a force loop on an arm with stiction, without and with compensation.";
     byId("export-title").textContent = isJoint ? "The joint's config in C" : "The scenario with compensation, as a file for tribo-sim run";
     for (const card of document.querySelectorAll(".what")) card.textContent = isJoint ? "RMS error of position" : "RMS error of force";
 }
@@ -214,11 +214,11 @@ function change() {
     play();
 }
 
-// --- runs, in a worker so that the sliders stay quick -------------------------------------------------------------------------------
+// --- runs, in a worker so that the sliders respond fast -------------------------------------------------------------------------------
 
-// In the worker: plays both scenarios and thins what is drawn.
+// Runs in the worker: runs both scenarios and thins the columns for the charts.
 async function work(makeCore, points) {
-    // Of each part its first, least or largest value, in the order of time: no peak is lost.
+    // Keeps the smallest and the largest value of each part, in the order of time, so that no peak is lost.
     function thin(column, every, parts) {
         const kept = new Float32Array(2 * parts);
         for (let part = 0; part < parts; part++) {
@@ -241,16 +241,16 @@ async function work(makeCore, points) {
         const t = new Float32Array(2 * parts).map((_, i) => c.t_s[Math.min(Math.floor((i * every) / 2), c.t_s.length - 1)]);
         const over = {t};
         for (const [name, column] of Object.entries(c)) over[name] = thin(column, every, parts);
-        const told = {over, rms: run.rmsError, guard: run.guard, duration_ms: run.duration_ms, simulated_s: Math.round(c.t_s.at(-1)), digest: run.digest()};
+        const result = {over, rms: run.rmsError, guard: run.guard, duration_ms: run.duration_ms, simulated_s: Math.round(c.t_s.at(-1)), digest: run.digest()};
         if (c.q_ref) {
             over.error = thin(c.error.map((e) => 1e3 * e), every, parts);
-            return told;
+            return result;
         }
         over.error = thin(c.r_N.map((r, i) => 1e3 * (r - c.F_N[i])), every, parts);
         const from = Math.floor(c.t_s.length / 3);
         const step = Math.max(1, Math.floor((c.t_s.length - from) / 20000));
         const curve = (column) => Float32Array.from({length: Math.floor((c.t_s.length - from) / step)}, (_, i) => column[from + i * step]);
-        return {...told, n: curve(c.plant_n_N), left: curve(c.plant_n_N.map((n, i) => 1e3 * (n - c.f_N[i]))), scenario: run.scenario()};
+        return {...result, n: curve(c.plant_n_N), left: curve(c.plant_n_N.map((n, i) => 1e3 * (n - c.f_N[i]))), scenario: run.scenario()};
     }
     let making;
     onmessage = async ({data}) => {
@@ -270,7 +270,7 @@ async function work(makeCore, points) {
 
 const worker = new Worker(URL.createObjectURL(new Blob(
     [byId("core").textContent.replace("export ", ""), `(${work})(makeCore, ${POINTS});`], {type: "text/javascript"})));
-let isBusy = true; // until the core is there
+let isBusy = true; // until the core is loaded
 let isStale = true;
 let runCount = 0;
 
@@ -282,7 +282,7 @@ async function start() {
     play();
 }
 
-// The latest settings, once the run before is done.
+// Runs the latest settings when the previous run is done.
 function play() {
     isStale = true;
     if (isBusy) return;
@@ -311,7 +311,7 @@ function show(door, pictures) {
     byId("gained").textContent = `${(without.rms / compensated.rms).toPrecision(3)} ×`;
     byId("duration").textContent = `${compensated.simulated_s} s in ${((without.duration_ms + compensated.duration_ms) / 2e3).toPrecision(2)} s`;
     const isFaded = !["", "none", "sound"].includes(compensated.guard);
-    byId("long").textContent = isFaded ? `the guard has faded it: ${compensated.guard}` : `errors count from ${door === "joint" ? 10 : START_S} s on`;
+    byId("long").textContent = isFaded ? `the guard has faded the compensation: ${compensated.guard}` : `errors count from ${door === "joint" ? 10 : START_S} s on`;
     byId("scenario").textContent = compensated.scenario ?? configOf(values);
     Object.assign(document.body.dataset, {digestWithout: without.digest, digestWith: compensated.digest, rmsWithout: without.rms, rmsWith: compensated.rms,
                                           seconds: Math.max(without.duration_ms, compensated.duration_ms) / 1e3});
@@ -338,8 +338,8 @@ const curveOf = (signal) => ({
 const named = (label, stroke, width = 1.2, more = {}) => ({...line("error", width, more), label, stroke});
 const compared = () => [named("without", withoutColour), named("with compensation", withColour, 1.8)];
 
-// Title, unit, lines, height, and of both pictures the columns of each panel: one panel for both, or one a side. The first chart stands above the
-// settings on a telephone. One over net force has curves.
+// A chart is [title, unit, lines, height, function]. The function returns the columns of each panel: one panel for both runs, or one panel per run.
+// On a telephone the first chart stands above the settings. A chart over net force (null) has curves.
 const CHARTS = {
     axis: [
         ["Error r − F", "mN", compared(), 220, (both) => [both.map((o) => o.error)]],
@@ -349,14 +349,14 @@ const CHARTS = {
         ["Hysteresis", "net force less friction n − f (mN)", [curveOf("residual_N")], 300, null],
     ],
     joint: [
-        ["Error of position", "mrad", compared(), 220, (both) => [both.map((o) => o.error)]],
+        ["Position error", "mrad", compared(), 220, (both) => [both.map((o) => o.error)]],
         ["Position", "rad", [...compared(), named("reference", "#000000", 1, {dash: [5, 4]})], 200, ([off, on]) => [[off.q, on.q, off.q_ref]]],
         ["Command u", "N m", compared(), 180, (both) => [both.map((o) => o.u)]],
-        ["Friction as learned", "N m", [named("learned", withColour, 1.8), named("at least", "#767676", 1, {dash: [5, 4]}), named("at most", "#767676", 1, {dash: [2, 3]})], 180,
+        ["Learned friction", "N m", [named("learned", withColour, 1.8), named("at least", "#767676", 1, {dash: [5, 4]}), named("at most", "#767676", 1, {dash: [2, 3]})], 180,
          ([, on]) => [[on.friction, ...[on.low, on.high].map((column) => Array.from(column, (x, i) => (on.high[i] < JOINT_EFFORT_MAX ? x : null)))]]],
     ],
 };
-let drawn = []; // of each chart its panels
+let drawn = []; // the panels of each chart
 let drawnDoor = null;
 let isZooming = false;
 
@@ -370,7 +370,7 @@ function zoomTogether(from) {
     isZooming = false;
 }
 
-// The panels of a chart have one scale, so that they can be compared.
+// The panels of a chart share one scale, so that they can be compared.
 function common(sides) {
     let low = Infinity;
     let high = -Infinity;
@@ -424,7 +424,7 @@ function draw(door, pictures) {
         const pick = chart[4];
         const {data, ranges} = dataOf(pick, pictures);
         if (!drawn[number]) {
-            const box = {ranges}; // of this chart, for all panels
+            const box = {ranges}; // shared by all panels of this chart
             drawn[number] = data.map((one, panel) => makePanel(chart, panel, data.length === 1, byId(number === 0 ? "first" : "charts"), box, one));
         }
         const view = drawn[number][0].scales.x;

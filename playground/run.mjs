@@ -1,4 +1,4 @@
-// node run.mjs core.wasm SCENARIO.yaml...: what each run comes to, one line of JSON a scenario. joint=NUMBER,... plays a joint (joint.h).
+// node run.mjs core.wasm SCENARIO.yaml...: runs each scenario and prints one line of JSON for it. joint=NUMBER,... runs a joint (joint.h).
 import {readFileSync} from "node:fs";
 
 import {makeCore} from "./core.mjs";

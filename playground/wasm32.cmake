@@ -1,4 +1,4 @@
-# WebAssembly by clang's own target, with Debian's wasi-libc.
+# Toolchain for WebAssembly: clang's own target with Debian's wasi-libc.
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR wasm32)
 set(CMAKE_C_COMPILER clang-19)

@@ -131,7 +131,7 @@ def test_the_machine_can_be_changed_there_and_back(page, browser):
     tab = browser()
     tab.open(page.as_uri())
     before = tab.wait(SETTLED)
-    for door, title in (("joint", "Error of position"), ("axis", "Error r − F")):
+    for door, title in (("joint", "Position error"), ("axis", "Error r − F")):
         tab.evaluate(f"document.getElementById('door').value = '{door}'; document.getElementById('door').dispatchEvent(new Event('input', {{bubbles: true}}))")
         tab.wait(f"document.querySelector('#first .u-title').textContent === '{title}' && {SETTLED}")
     assert tab.wait(SETTLED)["digestWith"] == before["digestWith"]
