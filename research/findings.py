@@ -1,9 +1,9 @@
-"""The tables and figures of research/findings.md.
+"""Makes the tables and figures of research/findings.md.
 
     findings.py DIR [--update]
 
-Plays each study of host_sim/studies but the wide one into a folder of DIR. Prints all tables, writes them with their figures to
-DIR/report.md. --update: writes those that research/findings.md has a place for into it, and its figure beside it.
+Runs each study of host_sim/studies except the wide one in a folder of DIR. Prints all tables, and writes them with their figures to
+DIR/report.md. --update also writes the tables that research/findings.md has a mark for into it, and its figure next to it.
 """
 
 import pathlib
@@ -27,7 +27,7 @@ def markdown(rows):
 
 
 def one(sweep, measure, **values):
-    """A measure where the axes have these values; there is one such row."""
+    """Returns a measure of the one row whose axes have these values."""
     inside = np.full(len(sweep.value[measure]), True)
     for axis, value in values.items():
         inside &= np.array([text == value for text in sweep.text[axis.replace("__", ".")]])
@@ -45,7 +45,7 @@ def mn(value):
 
 
 def ratio(value):
-    """Bold where the compensation makes it worse."""
+    """Formats a ratio, in bold if compensation makes the error larger."""
     return f"{value:.2f}" if value >= 1 else f"**{value:.2f}**"
 
 
@@ -82,7 +82,7 @@ def one_at_a_time(sweep):
 
 
 def gain_breakaway(sweep):
-    """For each gain the least breakaway, as a factor, from which on nothing is worse than without."""
+    """For each gain, finds the least breakaway factor from which on compensation never increases the error."""
     factors = sorted(listed(sweep, "breakaway"), key=float)
     rows = [["gain", "quiet sensor", "noise of 1 mN", "smallest ratio from there on"]]
     for kind in listed(sweep, "compensation"):
@@ -112,8 +112,8 @@ def gain_figure(sweep):
         panel.grid(False)
         panel.set_xlabel("gain of the paper's method, or feed-forward")
         panel.set_title(f"sensor: {sensor}")
-    panels[0].set_ylabel("breakaway of the plant, times the believed")
-    figure.suptitle("RMS error without / with; below 1 compensation hurts", x=0.01, ha="left", fontsize=12, fontweight="bold")
+    panels[0].set_ylabel("breakaway of the plant divided by the configured")
+    figure.suptitle("RMS error without / with compensation; below 1 compensation hurts", x=0.01, ha="left", fontsize=12, fontweight="bold")
     return figure
 
 
@@ -149,7 +149,7 @@ def uncertainty(sweep):
 
 def uncertainty_by_breakaway(sweep):
     breakaway = np.array([float(text) for text in sweep.text["breakaway"]])
-    parts = [["breakaway, times the believed; compensation", *QUANTILES]]
+    parts = [["breakaway divided by the configured; compensation", *QUANTILES]]
     for low, high in ((0.5, 0.75), (0.75, 0.9), (0.9, 1.1), (1.1, 1.5)):
         for kind in ("paper, 0.5", "paper, 0.7", "paper, 0.85", "paper, 1", "feedforward"):
             inside = np.array([text == kind for text in sweep.text["compensation"]]) & (breakaway >= low) & (breakaway < high)
@@ -184,7 +184,7 @@ def uncertainty_figure(sweep):
         row[0].set_ylabel("ratio")
     handles, labels = panels[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="upper right", ncols=4)
-    figure.suptitle("RMS error without / with: median, and 5 % dotted", x=0.01, ha="left", fontsize=12, fontweight="bold")
+    figure.suptitle("RMS error without / with compensation: median, and 5 % quantile dotted", x=0.01, ha="left", fontsize=12, fontweight="bold")
     return figure
 
 
@@ -227,7 +227,7 @@ def main():
     text, count = re.subn(r"(<!-- made by research/findings: (\w+) -->\n).*?(<!-- end -->)",
                           lambda found: f"{found[1]}\n{tables[found[2]]}\n\n{found[3]}", place.read_text(encoding="utf-8"), flags=re.S)
     if count == 0:
-        sys.exit(f"{place}: no place for a table")
+        sys.exit(f"{place}: has no mark for a table")
     place.write_text(text, encoding="utf-8")
     shutil.copy(folder / "gain.png", place.parent / "gain.png")
 

@@ -1,17 +1,18 @@
 #!/usr/bin/env python3
 """Prints the coefficients of lib/src/friction/law_f32.h and friction_q31.h.
 
-2^-f on 0 <= f <= 1 by a polynomial of degree 4, and 1 - tanh(x)/x on 0 < x <= 2.66 by s (r1 + r2 s)/(1 + q1 s + q2 s^2),
-s = x^2, both for the least relative error of 2^-f and of tanh(x)/x (Lawson's reweighted least squares). Needs numpy.
+Approximates 2^-f on 0 <= f <= 1 by a polynomial of degree 4, and 1 - tanh(x)/x on 0 < x <= 2.66 by
+s (r1 + r2 s)/(1 + q1 s + q2 s^2), s = x^2. Both have the least maximum relative error, of 2^-f and of tanh(x)/x (Lawson's
+reweighted least squares). Needs numpy.
 """
 
 import numpy
 
-X_MAX = 2.66  # beyond atanh(1/1.01), where friction has reached its breakaway whatever k
+X_MAX = 2.66  # beyond atanh(1/1.01), where friction has reached its breakaway for every k
 
 
 def lawson(error_of, solve, points, iterations=400):
-    """The solution of the least largest error: weights grow where the error is large."""
+    """Returns the smallest maximum error and its solution. Increases the weights where the error is large."""
     weight = numpy.ones(points)
     best_error, best = numpy.inf, None
     for _ in range(iterations):

@@ -11,10 +11,10 @@ DOCUMENT = pathlib.Path(__file__).resolve().parents[2] / "research" / "reproduct
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="research/reproduce", description="The paper's claims as experiments.")
-    parser.add_argument("claims", nargs="*", metavar="CLAIM", help="which; all if left out")
+    parser = argparse.ArgumentParser(prog="research/reproduce", description="Runs the paper's claims as experiments.")
+    parser.add_argument("claims", nargs="*", metavar="CLAIM", help="claims to run (all)")
     parser.add_argument("--list", action="store_true", help="lists the claims")
-    parser.add_argument("--update", action="store_true", help="writes research/reproduction.md and .csv as well")
+    parser.add_argument("--update", action="store_true", help="also write research/reproduction.md and .csv")
     parser.add_argument("--sim", required=True, help=argparse.SUPPRESS)
     parser.add_argument("--bench", required=True, help=argparse.SUPPRESS)
     parser.add_argument("--out", required=True, type=pathlib.Path, help=argparse.SUPPRESS)
@@ -24,7 +24,7 @@ def main():
             print(f"{name:<10}{experiment.__doc__}")
         return
     if options.update and options.claims:
-        parser.error("--update wants all claims")
+        parser.error("--update needs all claims")
     for name in options.claims:
         if name not in claims.EXPERIMENTS:
             parser.error(f"no claim '{name}'; there are {', '.join(claims.EXPERIMENTS)}")

@@ -1,4 +1,4 @@
-"""The experiments. Each returns a Section; forces in N, times in s."""
+"""The experiments. Each returns a Section. Forces are in N, times in s."""
 
 import matplotlib
 
@@ -17,7 +17,7 @@ plt.rcParams.update({**STYLE, "axes.axisbelow": "line", "axes.titlesize": 11, "f
 
 OFFSET, SLOPE = 0.007, 0.3  # L(F), Eq. (10)
 K_MIN, K_MAX, M, V0 = 6.0, 20.0, 3.0, 0.007  # Eq. (7)
-ORDINARY = "torque"  # the model of step 2: saturation alone
+ORDINARY = "torque"  # the model of step 2, with saturation only
 
 # The steps of section 3 as settings of plant.model paper.
 NEVER, ALWAYS, NO_RELAYS = "plant.paper.curve=never", "plant.paper.curve=always", "plant.paper.curve=rising"
@@ -37,7 +37,7 @@ def at(trace, name, time_s):
 
 
 def first(trace, condition, after_s=0.0):
-    """The time at which `condition` is first true."""
+    """Returns the time at which `condition` is first true."""
     hits = np.flatnonzero(condition & (trace.t_s >= after_s))
     return float(trace.t_s[hits[0]]) if len(hits) else float("nan")
 
@@ -54,7 +54,7 @@ def fig2(runs):
     ordinary = runs.open_loop("fig2_ordinary", FIG2_INPUT, model=ORDINARY)
 
     def lead(turn_s):
-        """How far F has come when the ordinary model's arm begins to move."""
+        """Returns how far F has moved when the ordinary model's arm begins to move."""
         turned_s = turn_s + 0.2
         start = at(ordinary, "F_N", turned_s)
         moves_s = first(ordinary, np.abs(ordinary.F_N - start) > 1e-5, turned_s) - 0.01
@@ -118,7 +118,7 @@ def fig3(runs):
     up, down = trace.t_s < 25.0, trace.t_s >= 25.0
     slides_up = up & (trace.u_N - trace.F_N > 0.999 * breakaway(trace.F_N)) & (trace.F_N > 0.05)
     slides_down = down & (trace.F_N - trace.u_N > 0.999 * breakaway(trace.F_N)) & (trace.F_N > 0.05)
-    forces = np.linspace(0.1, 0.5, 41)  # above, the falling arm does not slide yet
+    forces = np.linspace(0.1, 0.5, 41)  # above this range the falling arm does not slide yet
     order = np.argsort(trace.F_N[slides_down])
     rising = np.interp(forces, trace.F_N[slides_up], trace.u_N[slides_up])
     falling = np.interp(forces, trace.F_N[slides_down][order], trace.u_N[slides_down][order])
@@ -167,7 +167,7 @@ def fig4(runs):
 
     rates, seen = np.geomspace(1e-3, 0.04, 20), []
     for rate in rates:
-        # Down to -0.95 L, which sets the relay, and up at the rate; k from f at 0.6 L, where Eq. (3) is curved enough.
+        # n goes down to -0.95 L, which sets the relay, and up at the rate. k is computed from f at 0.6 L, where Eq. (3) is curved enough.
         down_s, up_s = 0.5, 1.6 * L / rate
         time = np.arange(0, down_s + up_s, 1e-3)
         part = np.where(time < down_s, -0.95 * L * time / down_s, -0.95 * L + (time - down_s) * rate)
@@ -212,7 +212,7 @@ def fig4(runs):
 
 
 def k_of(f, n, L):
-    """k of f = k L tanh(n/(k L)), by bisection: f rises with k."""
+    """Solves f = k L tanh(n/(k L)) for k by bisection; f rises with k."""
     low, high = 1.0, 1000.0
     for _ in range(80):
         middle = (low + high) / 2
@@ -278,7 +278,7 @@ SHALLOW = ramps((0.6, 0.2), (0.42, 0.2), (0.8, 0.2))
 
 
 def before_break(runs, name, corners, sets):
-    """The run, its turn, and how far F has come from where it stood when u - F reaches 0.8 L, or at the end."""
+    """Returns the run, its turn, and how far F has moved from rest when u - F reaches 0.8 L, or at the end."""
     trace = runs.open_loop(name, corners, sets)
     turn_s = corners[-2][0]
     start = stands(trace, turn_s)
@@ -288,7 +288,7 @@ def before_break(runs, name, corners, sets):
 
 
 def stands(trace, turn_s):
-    """F where it comes to rest after a fall: behind the turn, as the arm is damped."""
+    """Returns F where it comes to rest after a fall; this is after the turn, because the arm is damped."""
     return float(np.min(trace.F_N[trace.t_s >= turn_s]))
 
 
@@ -330,11 +330,11 @@ RISES_S = (2.0, 10.0, 50.0)
 
 
 def slow_rises(runs, name, sets):
-    """How far a rise that stays below breakaway lifts F, for each of RISES_S. The traces of the rises, too."""
+    """Returns how far a rise that stays below breakaway lifts F, for each of RISES_S, and the traces of the rises."""
     lifts, traces = [], []
     for rise_s in RISES_S:
         trace = runs.open_loop(f"{name}_{rise_s:g}s", ((0, 0), (3, 0.6), (5.5, 0.1), (5.5 + rise_s, 0.195)), sets)
-        rise = trace.t_s >= 5.52  # the arm stands
+        rise = trace.t_s >= 5.52  # the arm is at rest
         lifts.append(trace.F_N[-1] - stands(trace, 5.5))
         traces.append((trace.u_N[rise], trace.F_N[rise] - stands(trace, 5.5)))
     return lifts, traces
@@ -503,7 +503,7 @@ POLES = np.array((-55.0, -200.0, -139.0 + 203.0j, -139.0 - 203.0j, -56778.0))
 
 
 def step_of(poles, gain, t):
-    """The step response of gain * prod(-p) / prod(s - p), by partial fractions."""
+    """Returns the step response of gain * prod(-p) / prod(s - p), by partial fractions."""
     scale = gain * np.prod(-poles)
     response = np.full(len(t), gain, dtype=complex)
     for i, pole in enumerate(poles):

@@ -1,4 +1,4 @@
-"""The report: one row a claim, as Markdown with its figures beside it and as one HTML file."""
+"""Writes the report, one row per claim, as Markdown with figures in a folder and as one HTML file."""
 
 import base64
 import csv
@@ -11,13 +11,13 @@ AGREES, PARTLY, DIFFERS = "agrees", "partly", "differs"
 
 @dataclasses.dataclass
 class Claim:
-    """One statement of the paper and what became of it."""
+    """One statement of the paper and its result."""
 
     where: str
     paper: str
     run: str
     verdict: str
-    choice: str = ""  # where the text leaves one, what was taken
+    choice: str = ""  # the choice made here, if the text leaves one
 
 
 @dataclasses.dataclass
@@ -25,7 +25,7 @@ class Section:
     claims: list
     figure: object = None
     table: tuple = ()  # header, then rows
-    name: str = ""  # this and the title are the experiment's
+    name: str = ""  # of the experiment, as is the title
     title: str = ""
 
 
@@ -55,21 +55,21 @@ def count(sections):
     claims = [claim for section in sections for claim in section.claims]
     where = {verdict: [claim.where for claim in claims if claim.verdict == verdict] for verdict in (AGREES, PARTLY, DIFFERS)}
     sentences = [f"{len(where[AGREES])} of {len(claims)} claims agree."]
-    sentences += [f"{title}: {'; '.join(where[verdict])}." for verdict, title in ((PARTLY, "In part"), (DIFFERS, "Not"))
+    sentences += [f"{title}: {'; '.join(where[verdict])}." for verdict, title in ((PARTLY, "These agree in part"), (DIFFERS, "These do not agree"))
                   if where[verdict]]
     return " ".join(sentences)
 
 
 INTRODUCTION = (
     "The paper is \"Friction Hysteresis Modeling and Force Control in a Constrained "
-    "Single-link Arm\" (DOI 10.1115/1.4004580). Its claims were played by `tribo-sim`. The paper's "
-    "figures are of its rig, or of its own simulation with inputs that it does not list. The plant here is its model, "
+    "Single-link Arm\" (DOI 10.1115/1.4004580). `tribo-sim` ran its claims. The paper's "
+    "figures come from its rig, or from its own simulation with inputs that it does not list. The plant here is the paper's model, "
     "Eqs. (7), (9) and (10), with its parameters. The inputs follow its description."
 )
 
 
 def write_markdown(path, sections):
-    """The pictures go into a folder beside it, which has its name."""
+    """Writes the Markdown report. The pictures go into a folder next to it, which has its name."""
     pictures = path.with_suffix("")
     pictures.mkdir(exist_ok=True)
     parts = ["# The paper's claims, reproduced", INTRODUCTION, count(sections)]
@@ -85,10 +85,10 @@ def write_markdown(path, sections):
 
 
 def write_summary(path, sections):
-    """What came of each claim, for the tree: `path` and a CSV file beside it. The report has what the paper says, the choices and the figures."""
+    """Writes the result of each claim for the repository, to `path` and a CSV file next to it. The report has what the paper says, the choices and the figures."""
     parts = ["# The paper's claims, reproduced", INTRODUCTION,
-             f"[{path.stem}.csv]({path.stem}.csv) has what each run shows. `research/reproduce --update` plays the claims and writes both files. What the paper says in "
-             "each place, and the figures, are in the report whose name it prints.", count(sections)]
+             f"[{path.stem}.csv]({path.stem}.csv) has the result of each run. `research/reproduce --update` runs the claims and writes both files. The report, whose name it prints, "
+             "has what the paper says in each place, and the figures.", count(sections)]
     path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
     with open(path.with_suffix(".csv"), "w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file, lineterminator="\n")

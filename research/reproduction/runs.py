@@ -1,4 +1,4 @@
-"""Runs of tribo-sim as arrays."""
+"""Runs tribo-sim and returns its results as arrays."""
 
 import json
 import pathlib
@@ -7,12 +7,12 @@ import types
 
 import numpy as np
 
-PAPER = ("compensator.method=paper", "compensator.guard.on=no")  # its method alone
-FINE_S = 1e-4  # of the open-loop runs: u moves at every step of the plant, as in the paper's simulations
+PAPER = ("compensator.method=paper", "compensator.guard.on=no")  # its method without the guard
+FINE_S = 1e-4  # step of the open-loop runs: u changes at every step of the plant, as in the paper's simulations
 
 
 class Runs:
-    """Plays scenarios in a folder of their own, which keeps them, so that each can be played again by hand."""
+    """Runs scenarios in their own folder and keeps them there, so that each can be run again by hand."""
 
     def __init__(self, sim, bench, folder):
         self.sim = str(pathlib.Path(sim).resolve())
@@ -24,7 +24,7 @@ class Runs:
         return subprocess.run([self.sim, *arguments], cwd=self.folder, check=True, stdout=subprocess.PIPE, text=True).stdout
 
     def open_loop(self, name, corners, sets=(), columns=("F_N",), model="paper"):
-        """The plant alone, without the actuator's lag. `corners`: (t in s, u in N). Returns t, u and the columns."""
+        """Runs the plant alone, without the actuator's lag. `corners`: (t in s, u in N). Returns t, u and the columns."""
         write_csv(self.folder / f"{name}_u.csv", "t_s,r_N", corners)
         lines = (
             f"duration_s: {corners[-1][0]}",
@@ -37,7 +37,7 @@ class Runs:
         return self.scenario(f"{name}.yaml", sets, ("u_N", *columns))
 
     def scenario(self, scenario, sets=(), columns=("r_N", "F_N")):
-        """The trace of a scenario. It is read and removed: a fine one has a hundred megabytes."""
+        """Returns the trace of a scenario. Removes the file after reading, because a fine trace has a hundred megabytes."""
         options = [option for setting in (*PAPER, *sets) for option in ("--set", setting)]
         self._call("run", scenario, *options, "--out", "trace")
         path = self.folder / "trace" / "trace.csv"
@@ -50,7 +50,7 @@ class Runs:
         return json.loads(self._call("run", scenario, *options, "--json"))
 
     def friction(self, name, times, net, force_n=0.5, params=""):
-        """The compensator's friction law alone: the net force `net` goes over it while F stands at `force_n`."""
+        """Runs the compensator's friction law alone, on the net force `net`, while F stands at `force_n`."""
         rows = np.column_stack((times, force_n + net, np.full_like(net, force_n)))
         write_csv(self.folder / f"{name}.csv", "t_s,u_N,F_N", rows)
         (self.folder / f"{name}.yaml").write_text(params or "friction: {}\n", encoding="utf-8")
@@ -58,7 +58,7 @@ class Runs:
         return read_csv(self.folder / f"{name}_out.csv")
 
     def solver_times(self):
-        """The bench's table of section 4: (method, model, steps, right-hand sides, ms)."""
+        """Returns the bench's table of section 4: (method, model, steps, right-hand sides, ms)."""
         output = subprocess.run([self.bench], check=True, stdout=subprocess.PIPE, text=True).stdout
         rows = []
         for line in output.split("Section 4", 1)[1].split("\n\n")[0].splitlines()[2:]:
@@ -82,7 +82,7 @@ def read_csv(path, columns=None):
 
 
 def ramps(*corners):
-    """Corners of a polygon from levels: (u, rate in N/s) one after another, from 0 N at 0 s; rate 0 holds for `u` s."""
+    """Returns the corners of a polygon from (u, rate in N/s) one after another, from 0 N at 0 s; rate 0 holds for `u` s."""
     points = [(0.0, 0.0)]
     for level, speed in corners:
         t, u = points[-1]
