@@ -269,6 +269,11 @@ static void test_u_is_the_effort_where_gain_is_0_and_within_the_limit(void)
     TEST_ASSERT_EQUAL_FLOAT(-0.25f, tribo_joint_f32_step(&joint, -3.0f, 0.0f, 0.0f));
 #endif
     TEST_ASSERT_EQUAL(1, report().limited_ticks);
+    TRIBO(joint, load)(&joint, effort_of(TRIBO_EITHER(0.2, 0.8)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6,
+                              TRIBO_EITHER(0.25, 1.0),
+                              step(TRIBO_EITHER(0.2, 0.8), 0.0, 0.0)); // together beyond the limit
+    TEST_ASSERT_EQUAL(2, report().limited_ticks);
 }
 
 static void test_a_bad_input_is_counted_and_changes_nothing(void)

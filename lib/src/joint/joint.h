@@ -303,8 +303,8 @@ force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t 
         count_one(&joint->idle);
     }
     const force_t most = joint->params.effort_max;
-    const force_t sum  = plus(plus(sound, joint->load), term_of(joint, sound));
-    const force_t u    = within_of(sum, -most, most);
+    const long_t  sum  = (long_t)sound + joint->load + term_of(joint, sound);
+    const force_t u    = sum > most ? most : sum < -most ? -most : (force_t)sum;
     if (u != sum)
     {
         count_one(&joint->limited_ticks);
