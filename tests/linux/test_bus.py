@@ -107,6 +107,31 @@ def test_a_line_in_use_is_refused_with_its_holder(serve):
         assert late.wait(timeout=300) == 0
 
 
+@pytest.mark.parametrize("words", ["", "status", "status --json", "watch --json --hold 60", "params get", "params get compensator.gain", "changes", "fault",
+                                   "list", "list --markdown", "--help", "status --help", "--usage", "--version", "completion bash",
+                                   "params diff", "trace --wait 0", "serve --listen 127.0.0.1:0"])
+def test_output_that_cannot_be_written_is_an_error(serve, words):
+    """In one piece at the end, or in the middle of a long one."""
+    served = serve()
+    served.link("params", "set", "compensator.gain=0.3", "drive.residual_ms=40")
+    words += f" {TRIANGLE}" if words == "params diff" else ""
+    with open("/dev/full", "w", encoding="ascii") as full:
+        done = subprocess.run([os.environ["TRIBO_LINK"], "-d", served.line.port, *words.split()], stdout=full, stderr=subprocess.PIPE, text=True,
+                              timeout=600, check=False)
+    assert done.returncode == 2, done
+    assert done.stderr.splitlines()[-1].startswith("tribo-link: standard output: cannot be written: No space left on device")
+    assert done.stderr.count("cannot be written") == 1
+
+
+def test_a_reader_that_has_gone_ends_a_watch_without_a_word(serve):
+    served = serve()
+    with subprocess.Popen([os.environ["TRIBO_LINK"], "-d", served.line.port, "watch", "--json", "--rate", "100"], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True) as run:
+        assert run.stdout.readline().startswith("{")
+        run.stdout.close()
+        assert run.wait(timeout=300) == 0 and run.stderr.read() == ""
+
+
 def open_files(pid):
     files = []
     for fd in pathlib.Path(f"/proc/{pid}/fd").iterdir():

@@ -862,6 +862,18 @@ static int show_fault(link_bus_t *bus, const options_t *options)
 
 // --- the command line ----------------------------------------------------------------------------------------------
 
+/// Writes out standard output. Returns the exit status: that of the command, or EXIT_FAILED if output is lost.
+static int finish(int status)
+{
+    common_error_t error = {""};
+    if (status == EXIT_FAILED || common_output_flush(&error))
+    {
+        return status;
+    }
+    (void)link_complain("%s", error.text);
+    return EXIT_FAILED;
+}
+
 static int show_list(const options_t *options)
 {
     size_t            count;
@@ -1072,11 +1084,11 @@ static error_t take(int key, char *value, struct argp_state *state)
         options->wants_help = true;
         return 0;
     case OPTION_USAGE:
-        argp_state_help(state, stdout, ARGP_HELP_USAGE | ARGP_HELP_EXIT_OK);
-        return 0;
+        argp_state_help(state, stdout, ARGP_HELP_USAGE);
+        exit(finish(0));
     case OPTION_VERSION:
         (void)puts("tribo-link " TRIBO_VERSION_STRING);
-        exit(0);
+        exit(finish(0));
     case 'd':
         options->device = value;
         return 0;
@@ -1258,7 +1270,7 @@ int main(int count, char **arguments)
     (void)argp_parse(&parser, count, arguments, ARGP_NO_HELP, NULL, &options);
     if (options.wants_help)
     {
-        return show_help(options.words[0]);
+        return finish(show_help(options.words[0]));
     }
     if (options.is_short)
     {
@@ -1270,15 +1282,15 @@ int main(int count, char **arguments)
     }
     if (strcmp(options.words[0], "list") == 0)
     {
-        return show_list(&options);
+        return finish(show_list(&options));
     }
     if (strcmp(options.words[0], "completion") == 0)
     {
-        return print_completion(&options);
+        return finish(print_completion(&options));
     }
     if (strcmp(options.words[0], "ports") == 0)
     {
-        return link_print_devices(options.unit, options.baud) ? 0 : EXIT_FAILED;
+        return finish(link_print_devices(options.unit, options.baud) ? 0 : EXIT_FAILED);
     }
     if (perform(NULL, &options) != 0)
     {
@@ -1300,10 +1312,10 @@ int main(int count, char **arguments)
     if (beside != 0)
     {
         (void)fputs(beside > 0 ? "stopped, although another program controls the drive\n" : "", stdout);
-        return beside > 0 ? 0 : EXIT_FAILED;
+        return finish(beside > 0 ? 0 : EXIT_FAILED);
     }
     link_bus_t *bus    = options.device != NULL ? link_bus_open(options.device, options.unit, options.baud) : NULL;
-    const int   status = bus != NULL ? perform(bus, &options) : EXIT_FAILED;
+    const int   status = bus != NULL ? finish(perform(bus, &options)) : EXIT_FAILED;
     link_bus_close(bus);
     return status;
 }

@@ -1022,8 +1022,8 @@ bool serve(link_bus_t *bus, const serve_t *options)
                  options->allow != NULL ? options->allow : server.name,
                  server.port,
                  server.token);
-    (void)fflush(stdout);
-    const bool ok = sample_and_attend(&server);
+    const bool ok = (fflush(stdout) == 0 || link_complain("standard output: cannot be written: %s", strerror(errno))) &&
+                    sample_and_attend(&server);
     end_requests(&server);
     MHD_stop_daemon(server.http);
     return ok;

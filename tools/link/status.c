@@ -410,6 +410,14 @@ static void catch_signals(void)
     (void)sigaction(SIGPIPE, &action, NULL);
 }
 
+/// A reader that has gone ends the view like a signal, without a word; any other loss is an error.
+static bool complain_of_output(void)
+{
+    const int why = errno;
+    clearerr(stdout);
+    return why == EPIPE || link_complain("standard output: cannot be written: %s", strerror(why));
+}
+
 static bool sample(link_bus_t *bus, const status_watch_t *watch, int udp, int teleplot, bool has_view)
 {
     trail_t      trails[3] = {{.title = "F", .unit = "N", .factor = 1.0},
@@ -432,7 +440,10 @@ static bool sample(link_bus_t *bus, const status_watch_t *watch, int udp, int te
             char         text[STATUS_SAMPLE_MAX];
             const size_t length = write_sample(text, bus, words, false);
             (void)fwrite(text, 1, length, stdout);
-            is_over = fflush(stdout) != 0 ? 1 : is_over;
+            if (fflush(stdout) != 0)
+            {
+                return complain_of_output();
+            }
         }
         if (has_view)
         {
