@@ -16,6 +16,14 @@
 #define LEFT_OUT       20u ///< one in so many rows of a log may be broken and left out
 #define NAME_MAX_SHOWN 64u
 #define NAMES_SHOWN    400u
+#define ALIKE_ROWS     20u ///< numbers of one form before a shorter one at the end of the file counts as cut
+
+/// How the numbers of a column are written.
+typedef struct
+{
+    size_t decimals, exponent; ///< digits behind the point, and of the exponent
+    size_t rows;               ///< numbers so far, while all are of this form
+} form_t;
 
 /// State of the reader.
 typedef struct
@@ -34,6 +42,7 @@ typedef struct
     size_t fields;                        ///< fields of the header
     size_t row_fields;                    ///< fields of a row; 0: no row has been read
     size_t place[COMMON_CSV_COLUMNS_MAX]; ///< for each column its field, from 1; 0: none
+    form_t forms[COMMON_CSV_COLUMNS_MAX];
 } reader_t;
 
 static bool complain(const reader_t *reader, size_t position, const char *what)
@@ -140,8 +149,8 @@ static bool complain_of_missing(const reader_t *reader, const char *name)
                             names);
 }
 
-/// Keeps the unit of a field: the text in brackets at its end, or the whole field.
-static void take_unit(char unit[COMMON_CSV_UNIT_MAX], const common_csv_field_t *field, bool bracketed)
+/// Keeps the unit of a field: the whole field or, of a name, the text in brackets at its end or behind its last `_` or blank.
+static void take_unit(char unit[COMMON_CSV_UNIT_MAX], const common_csv_field_t *field, bool is_name)
 {
     const char *begin = field->text, *end = field->text + field->length;
     const bool  ends = field->length > 2 && (end[-1] == ']' || end[-1] == ')');
@@ -154,8 +163,12 @@ static void take_unit(char unit[COMMON_CSV_UNIT_MAX], const common_csv_field_t *
         }
         end--;
     }
+    for (const char *p = begin; is_name && !ends && p < end; p++)
+    {
+        begin = *p == '_' || *p == ' ' ? p + 1 : begin;
+    }
     const size_t length = (size_t)(end - begin);
-    if ((ends || !bracketed) && length < COMMON_CSV_UNIT_MAX)
+    if ((ends || !is_name || begin > field->text) && length < COMMON_CSV_UNIT_MAX)
     {
         memcpy(unit, begin, length);
         unit[length] = '\0';
@@ -301,8 +314,34 @@ static void note_places(common_csv_t *csv, const char *text)
     csv->decimals = decimals > csv->decimals ? decimals : csv->decimals;
 }
 
+static form_t form_of(const char *text)
+{
+    const char *point = strchr(text, '.'), *power = strpbrk(text, "eE");
+    return (form_t){.decimals = point != NULL ? strspn(point + 1, "0123456789") : 0u,
+                    .exponent = power != NULL ? strlen(power + 1 + strspn(power + 1, "+-")) : 0u,
+                    .rows     = 1u};
+}
+
+static void note_form(form_t *form, const char *text)
+{
+    const form_t one     = form_of(text);
+    const bool   is_like = one.decimals == form->decimals && one.exponent == form->exponent;
+    const size_t before  = is_like ? form->rows : 0u;
+    *form                = one;
+    form->rows           = before + 1u;
+}
+
+/// Returns true if the file ends within this number: behind a point, or before the form of the numbers above is complete.
+static bool is_cut(const form_t *form, const common_csv_field_t *field, const char *text)
+{
+    const form_t one = form_of(text);
+    return field->length > 0 && field->text[field->length] == '\0' &&
+           (text[strlen(text) - 1] == '.' ||
+            (form->rows >= ALIKE_ROWS && (one.decimals < form->decimals || one.exponent < form->exponent)));
+}
+
 /// Takes a field's number for each column that uses the field.
-static bool take_values(common_csv_t *csv, const reader_t *reader, const common_csv_field_t *field, size_t number)
+static bool take_values(common_csv_t *csv, reader_t *reader, const common_csv_field_t *field, size_t number)
 {
     char text[NUMBER_MAX] = "";
     for (size_t i = 0; i < reader->count; i++)
@@ -316,6 +355,17 @@ static bool take_values(common_csv_t *csv, const reader_t *reader, const common_
         {
             return false;
         }
+        if (is_cut(&reader->forms[i], field, text))
+        {
+            return common_error_set(reader->error,
+                                    "%s:%zu:%zu: %s: the file ends in the middle of the number '%.40s'",
+                                    reader->name,
+                                    reader->line,
+                                    position_of(reader, field->start),
+                                    reader->columns[i].name,
+                                    text);
+        }
+        note_form(&reader->forms[i], text);
         if (i == 0)
         {
             csv->positions[csv->rows] = position_of(reader, field->start);

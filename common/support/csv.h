@@ -2,7 +2,9 @@
 ///
 /// The first line names the columns; every other line has as many fields. Accepted are CRLF, a byte order mark, quoted
 /// fields, spaces around a field, empty lines at the end, a missing last newline, and columns that are not requested.
-/// Everything else is an error with file, line and column (the position in the line, in bytes, from 1).
+/// Everything else is an error with file, line and column (the position in the line, in bytes, from 1). So is a last number
+/// that the end of the file has cut: it ends in a point, or has fewer digits behind the point or in the exponent than the 20
+/// numbers above it, which are alike.
 ///
 /// Recorded logs are read as loggers write them. The table may begin below other lines, and lines of units may follow its
 /// names. Empty lines, lines that begin with #, % or //, and words after the last row are skipped. The separator is `;`,
@@ -38,10 +40,11 @@ typedef struct
     size_t     *lines, *positions;              ///< for each row its line, and the first requested column's place in it
     size_t      left_out;                       ///< number of broken rows of a log
     char       *left_out_first;                 ///< message about the first of them; null: none is left out
-    char
-        units[COMMON_CSV_COLUMNS_MAX]
-             [COMMON_CSV_UNIT_MAX]; ///< a log's units, from brackets behind a name or from the line below; otherwise ""
-    int digits, decimals;           ///< most significant digits of a number, and most digits behind the point
+    char        units
+        [COMMON_CSV_COLUMNS_MAX]
+        [COMMON_CSV_UNIT_MAX]; ///< what may be a log's units: in brackets or behind the last `_` or blank of a name, or from
+                               ///< the line below; otherwise ""
+    int digits, decimals;      ///< most significant digits of a number, and most digits behind the point
 } common_csv_t;
 
 /// Reads `count` columns of a file, or of a recorded log. On failure nothing is left to free.

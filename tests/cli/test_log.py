@@ -130,6 +130,46 @@ def test_a_broken_row_is_left_out_and_bridged(sim, case):
     assert out["u_N"] == pytest.approx(list(range(100)), abs=1e-6) and out["F_N"] == pytest.approx(list(range(0, 200, 2)), abs=1e-6)
 
 
+CUT = {
+    "behind a point": "0.099,99.500,0.",
+    "before all digits behind the point": "0.099,99.500,0.40",
+    "before the point": "0.099,99.500,4",
+}
+
+
+@pytest.mark.parametrize("case", CUT)
+@pytest.mark.parametrize("command", ["log", "replay"])
+def test_a_last_row_that_is_cut_in_a_number_is_left_out(sim, case, command):
+    rows = ["t_s,u_N,F_N", *(f"{k / 1000:.3f},{k:.3f},{k / 7:.3f}" for k in range(99))]
+    sim.write("log.csv", "\n".join([*rows, CUT[case]]))
+    result = sim(command, "log.csv", "--out", "out.csv")
+    number = CUT[case].rsplit(",", maxsplit=1)[1]
+    assert result.returncode == 0, result.stderr
+    assert result.stderr.startswith("log.csv: 1 of 100 rows are broken, left out and bridged; the first: "
+                                    f"log.csv:101:14: F_N: the file ends in the middle of the number '{number}'\n")
+    assert len(read_csv(sim.folder / "out.csv")["t_s"]) == 99
+    sim.write("log.csv", "\n".join([*rows, CUT[case]]) + "\n")  # whole, whatever it is
+    assert sim(command, "log.csv", "--out", "out.csv").stderr.count("middle") == 0
+    assert len(read_csv(sim.folder / "out.csv")["t_s"]) == 100
+
+
+def test_a_short_log_that_is_cut_in_a_number_is_refused(sim):
+    for separator, number in ((",", "0."), (";", "0,")):
+        sim.write("log.csv", f"t_s{separator}u_N\n0{separator}1\n1{separator}1\n2{separator}{number}")
+        sim.fails("log.csv:4:3: u_N: the file ends in the middle of the number '0.'", "log", "log.csv")
+    sim.write("exponent.csv", "t_s,u_N\n" + "".join(f"{k}e-03,1.5e-01\n" for k in range(25)) + "25e-03,1.5e-0")
+    assert "the file ends in the middle of the number '1.5e-0'" in sim("log", "exponent.csv").stderr
+
+
+@pytest.mark.parametrize("last", ["0.123", "0.5", "1", "2.25"])
+def test_a_last_row_without_a_newline_is_read(sim, last):
+    """Where the numbers above have no common form, a short one may be whole."""
+    above = [0.25, 0.125, 3] if last != "0.123" else [0.125]
+    rows = [f"{k},{above[k % len(above)]}" for k in range(40)]
+    sim.write("log.csv", "\n".join(["t_s,u_N", *rows, f"40,{last}"]))
+    assert len(sim.ok("log", "log.csv").splitlines()) == 42
+
+
 def test_many_broken_rows_are_a_broken_log(sim):
     rows = [line + ",7" if k in (20, 30, 40, 50, 60) else line for k, line in enumerate(LONG)]
     sim.write("log.csv", "\n".join(rows) + "\n")
@@ -167,6 +207,10 @@ REFUSED = {
     "mapped force": (GOOD, ["--column", "F=force"], "log.csv:1:1: no column is named force; there are t_s, u_N, F_N"),
     "near a name": (GOOD.replace("u_N", "Torque_Cmd"), ["--column", "u=torque_cnd"], "log.csv:1:1: no column is named torque_cnd, did you mean Torque_Cmd?; there are t_s, Torque_Cmd, F_N"),
     "milliseconds in the line of units": (GOOD.replace("\n", "\n[ms],[N],[N]\n", 1), [], "log.csv: column t_s is in ms: confirm this by --unit t=ms, or give --unit t=s if it is not"),
+    "microseconds in the name": (GOOD.replace("t_s", "t_us"), ["--column", "t=t_us"], "log.csv: column t_us is in us: confirm this by --unit t=us, or give --unit t=s if it is not"),
+    "milliseconds in a name of words": (GOOD.replace("t_s", "Time ms"), ["--column", "t=Time ms"], "log.csv: column Time ms is in ms: confirm this by --unit t=ms, or give --unit t=s if it is not"),
+    "millinewton in the name": (GOOD.replace("F_N", "force_mN"), ["--column", "F=force_mN"], "log.csv: column force_mN is in mN: confirm this by --unit F=mN, or give --unit F=N if it is not"),
+    "ampere in the name": (GOOD.replace("u_N", "i_q_A"), ["--column", "u=i_q_A"], "log.csv: column i_q_A is in A: confirm this by --unit u=A --scale u=NEWTON, or give --unit u=N if it is not"),
     "millinewton behind the name": (GOOD.replace("F_N", "F (raw) [mN]"), ["--column", "F=F (raw) [mN]"], "log.csv: column F (raw) [mN] is in mN: confirm this by --unit F=mN, or give --unit F=N if it is not"),
     "ampere in the line of units": (GOOD.replace("\n", "\ns;A;N\n".replace(";", ","), 1), [], "log.csv: column u_N is in A: confirm this by --unit u=A --scale u=NEWTON, or give --unit u=N if it is not"),
     "millinewton of the sensor": (GOOD.replace("F_N", "y_N").replace("\n", "\ns,N,mN\n", 1), [], "log.csv: column F_N is in mN: confirm this by --unit F=mN, or give --unit F=N if it is not"),

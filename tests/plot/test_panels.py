@@ -106,12 +106,22 @@ def test_segments_are_not_joined():
 @pytest.mark.parametrize(
     "text, message",
     [("a,b\n1,2\n", "a header with t_s and signals"), ("t_s,F_N\n", "has no rows"), ("t_s,F_N\n0,1\n0.1,x\n", "row 2 has no number in F_N"),
-     ("t_s,F_N\n0\n", "row 1 has no number in F_N"), ("", "a header with t_s")],
+     ("t_s,F_N\n0\n", "row 1 has no number in F_N"), ("", "a header with t_s"),
+     ("t_s,F_N\n0,0.5\n1,0.", "the file ends in the middle of the number '0.'"),
+     ("t_s,F_N\n" + "0,0.500\n" * 20 + "1,0.5", "the file ends in the middle of the number '0.5'"),
+     ("t_s,F_N\n" + "0,1.5e-03\n" * 20 + "1,1.5e-0", "the file ends in the middle of the number '1.5e-0'")],
 )
 def test_what_cannot_be_read_is_named(tmp_path, text, message):
     (tmp_path / "a.csv").write_text(text, encoding="utf-8")
     with pytest.raises(PlotError, match=re.escape(message)):
         read(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("end", ["0.5\n", "0.500"])
+def test_a_last_row_that_is_whole_is_read(tmp_path, end):
+    (tmp_path / "a.csv").write_text("t_s,F_N\n" + "0,0.500\n" * 20 + f"1,{end}", encoding="utf-8")
+    (tmp_path / "b.csv").write_text("t_s,F_N\n0,0.125\n1,0.5", encoding="utf-8")
+    assert read(tmp_path / "a.csv").columns["F_N"][20] == 0.5 and read(tmp_path / "b.csv").columns["F_N"][1] == 0.5
 
 
 def test_a_folder_without_a_run_is_named(tmp_path):

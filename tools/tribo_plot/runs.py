@@ -98,6 +98,26 @@ def read_summary(path):
     return summary
 
 
+ALIKE_ROWS = 20
+
+
+def form(number):
+    """Digits behind the point, and of the exponent."""
+    mantissa, _, exponent = number.lower().partition("e")
+    return len(mantissa.partition(".")[2]), len(exponent.lstrip("+-"))
+
+
+def check_end(path):
+    """Refuses a file that ends in the middle of a number, by the rule of common/support/csv.h."""
+    with open(path, "rb") as file:
+        file.seek(max(file.seek(0, 2) - 65536, 0))
+        *above, last = (line.rpartition(b",")[2].decode(errors="replace") for line in file.read().split(b"\n"))
+    forms = {form(number.strip()) for number in above[-ALIKE_ROWS:]}
+    is_short = len(above) > ALIKE_ROWS and len(forms) == 1 and any(mine < other for mine, other in zip(form(last), *forms))
+    if last.endswith(".") or (last and is_short):
+        raise PlotError(f"{path}: the file ends in the middle of the number '{last}'; cut its last row off, or log to the end of a row")
+
+
 def read_columns(path):
     """Returns the columns in the table of signals; an empty field is NaN."""
     try:
@@ -116,6 +136,8 @@ def read_columns(path):
                         values.append(float(row[i]) if row[i] else math.nan)
                     except (IndexError, ValueError):
                         raise PlotError(f"{path}: row {number} has no number in {name}") from None
+        if path.is_file():  # not a pipe, which has been read
+            check_end(path)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise PlotError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
     if not wanted[0][2]:
