@@ -170,7 +170,7 @@ def test_saved_params_outlive_the_power(start, tmp_path):
     assert drive.value("store") == 0
     assert drive.link("params", "get", "compensator.gain") == "compensator.gain: 0.5\n"
     drive.link("start")
-    assert "not possible in this state" in drive.link("params", "save", status=2)
+    assert "refused: the drive is in run: tribo-link stop ends that" in drive.link("params", "save", status=2)
 
 
 def test_a_damaged_store_is_said_and_waited_for(start, tmp_path):

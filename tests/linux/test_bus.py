@@ -154,7 +154,7 @@ def test_saved_params_outlast_the_program(serve):
     served = serve("store: params.bin\n")
     assert "differ" not in served.said()
     served.link("start")
-    assert "not possible in this state" in served.link("params", "save", status=2)
+    assert "refused: the drive is in run: tribo-link stop ends that" in served.link("params", "save", status=2)
 
 
 def test_a_damaged_store_is_a_fault_until_a_set_is_applied(serve, drive):
@@ -179,7 +179,28 @@ def test_a_damaged_store_is_a_fault_until_a_set_is_applied(serve, drive):
 def test_without_a_store_nothing_is_saved(serve):
     served = serve()
     assert "params: the configuration's" in served.said()
-    assert "the flash cannot be written" in served.link("params", "save", status=2)
+    assert "saving the params: refused: the drive has no store: add store: FILE to its configuration" in served.link("params", "save", status=2)
+
+
+def test_a_refused_command_says_the_state_and_the_way_out(serve):
+    served = serve()
+
+    def refused(*words):
+        return served.link(*words, status=2).splitlines()[-1]
+
+    assert refused("fault", "--acknowledge") == "tribo-link: acknowledgement: refused: the drive is in idle, not in fault: nothing is to be acknowledged"
+    served.link("params", "set", "limits.u_max_N=0.1", "drive.command_limit_ms=20")
+    served.link("start")
+    assert refused("start") == "tribo-link: start: refused: the drive is in run already"
+    assert refused("fault", "--acknowledge") == "tribo-link: acknowledgement: refused: the drive is in run, not in fault: nothing is to be acknowledged"
+    for words, what in ((("forget",), "forget"), (("params", "save"), "saving the params"), (("tare",), "tare")):
+        assert refused(*words) == f"tribo-link: {what}: refused: the drive is in run: tribo-link stop ends that, then try again"
+    served.link("reference", 1.0)
+    until(lambda: "command at its limit" in served.link("fault"), "no fault")
+    for word in ("start", "tare"):
+        assert refused(word) == f"tribo-link: {word}: refused: the drive is in fault (command at its limit): remove the cause, then tribo-link fault --acknowledge"
+    served.link("fault", "--acknowledge")  # what it says leads on
+    served.link("start")
 
 
 @pytest.mark.parametrize("content, message", [(b"scenario: loop.yaml\n", "this is not a store of params"), (None, "Is a directory")])

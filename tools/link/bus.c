@@ -1,6 +1,7 @@
 #include "bus.h"
 
 #include "address.h"
+#include "status.h"
 #include "support/clock.h"
 
 #include "tribo/status.h"
@@ -382,8 +383,41 @@ static bool execute(link_bus_t *bus, unsigned command, const char *what, uint32_
     return wait_for_outcome(bus, outcome);
 }
 
-static bool judge(link_bus_t *bus, uint32_t outcome, const char *what)
+static bool complain_of_state(link_bus_t *bus, unsigned command, const char *what)
 {
+    char     reason[STATUS_REASON_MAX];
+    uint32_t state = 0;
+    uint32_t fault = 0;
+    if (!link_bus_state(bus, "state", &state) || !link_bus_state(bus, "fault", &fault))
+    {
+        return false;
+    }
+    status_refusal(command, state, fault, reason);
+    return link_complain("%s: refused: %s", what, reason);
+}
+
+/// A drive without a store has none that has failed.
+static bool complain_of_store(link_bus_t *bus, const char *what)
+{
+    uint32_t store = 0;
+    return link_bus_state(bus, "store", &store) &&
+           link_complain("%s: refused: %s",
+                         what,
+                         store == link_store_failed ? link_outcome_text((uint32_t)LINK_NOT_SAVED)
+                                                    : "the drive has no store: add store: FILE to its "
+                                                      "configuration, and start the program again");
+}
+
+static bool judge(link_bus_t *bus, unsigned command, uint32_t outcome, const char *what)
+{
+    if (outcome == (uint32_t)LINK_WRONG_STATE)
+    {
+        return complain_of_state(bus, command, what);
+    }
+    if (outcome == (uint32_t)LINK_NOT_SAVED)
+    {
+        return complain_of_store(bus, what);
+    }
     if (outcome == (uint32_t)LINK_SET_REFUSED)
     {
         return complain_of_set(bus);
@@ -398,7 +432,7 @@ static bool judge(link_bus_t *bus, uint32_t outcome, const char *what)
 bool link_bus_command(link_bus_t *bus, unsigned command, const char *what)
 {
     uint32_t outcome = (uint32_t)LINK_DONE;
-    return execute(bus, command, what, &outcome) && judge(bus, outcome, what);
+    return execute(bus, command, what, &outcome) && judge(bus, command, outcome, what);
 }
 
 bool link_bus_apply(link_bus_t *bus, const char *what)
@@ -412,10 +446,10 @@ bool link_bus_apply(link_bus_t *bus, const char *what)
     }
     if (outcome != (uint32_t)LINK_LOCKED)
     {
-        return judge(bus, outcome, what);
+        return judge(bus, link_apply, outcome, what);
     }
     return say_changes(bus) && link_bus_write(bus, lock, &link_key, 1) && execute(bus, link_apply, what, &outcome) &&
-           link_bus_write(bus, lock, &none, 1) && judge(bus, outcome, what);
+           link_bus_write(bus, lock, &none, 1) && judge(bus, link_apply, outcome, what);
 }
 
 // --- the line ------------------------------------------------------------------------------------------------------

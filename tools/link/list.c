@@ -213,9 +213,12 @@ const unsigned link_apply         = REGISTERS_APPLY;
 const unsigned link_stop          = REGISTERS_STOP;
 const uint32_t link_key           = REGISTERS_KEY;
 const unsigned link_version       = REGISTERS_VERSION;
+const uint32_t link_store_failed  = STORE_FAILED;
 
 _Static_assert(LINK_WINDOW == REGISTERS_WINDOW && (unsigned)LINK_DONE == (unsigned)REGISTERS_DONE &&
                    (unsigned)LINK_BUSY == (unsigned)REGISTERS_BUSY &&
+                   (unsigned)LINK_WRONG_STATE == (unsigned)REGISTERS_WRONG_STATE &&
+                   (unsigned)LINK_NOT_SAVED == (unsigned)REGISTERS_NOT_SAVED &&
                    (unsigned)LINK_SET_REFUSED == (unsigned)REGISTERS_SET_REFUSED &&
                    (unsigned)LINK_PROTECTED == (unsigned)REGISTERS_PROTECTED &&
                    (unsigned)LINK_LOCKED == (unsigned)REGISTERS_LOCKED,

@@ -48,14 +48,17 @@ extern const unsigned link_version;                    ///< of the lists
 uint32_t              link_layout(bool feeds_forward); ///< of a drive with or without the feed-forward
 bool                  link_is_of_feedforward(const link_row_t *row);
 const char           *link_outcome_text(uint32_t outcome);
+extern const uint32_t link_store_failed; ///< state `store`: it could not be written
 
 typedef enum
 {
     LINK_DONE,
     LINK_BUSY,
-    LINK_SET_REFUSED = 3,
-    LINK_PROTECTED   = 7,
-    LINK_LOCKED      = 8
+    LINK_WRONG_STATE,
+    LINK_SET_REFUSED,
+    LINK_NOT_SAVED = 5,
+    LINK_PROTECTED = 7,
+    LINK_LOCKED    = 8
 } link_outcome_t;
 
 #define LINK_WINDOW 62u ///< words

@@ -24,6 +24,34 @@ const char *status_state_text(uint32_t state)
     return state < sizeof texts / sizeof texts[0] ? texts[state] : "unknown";
 }
 
+void status_refusal(unsigned command, uint32_t state, uint32_t fault, char reason[STATUS_REASON_MAX])
+{
+    const bool  runs = state == DRIVE_RUN || state == DRIVE_STARTING;
+    const char *way  = "; the state may have changed meanwhile: look at tribo-link status";
+    if (runs)
+    {
+        way = command == REGISTERS_START         ? " already"
+              : command == REGISTERS_ACKNOWLEDGE ? ", not in fault: nothing is to be acknowledged"
+                                                 : ": tribo-link stop ends that, then try again";
+    }
+    else if (state == DRIVE_IDLE && command == REGISTERS_ACKNOWLEDGE)
+    {
+        way = ", not in fault: nothing is to be acknowledged";
+    }
+    else if (state == DRIVE_FAULT)
+    {
+        way = ": remove the cause, then tribo-link fault --acknowledge";
+    }
+    (void)snprintf(reason,
+                   STATUS_REASON_MAX,
+                   "the drive is in %s%s%s%s%s",
+                   status_state_text(state),
+                   state == DRIVE_FAULT ? " (" : "",
+                   state == DRIVE_FAULT ? drive_fault_text((drive_fault_t)fault) : "",
+                   state == DRIVE_FAULT ? ")" : "",
+                   way);
+}
+
 /// The first of them is enough for a person to look.
 static const char *warning_text(uint32_t warnings)
 {

@@ -8,6 +8,11 @@
 /// The name of a drive's state; never null.
 const char *status_state_text(uint32_t state);
 
+#define STATUS_REASON_MAX 160u
+
+/// Says why a drive in this state refuses a command, and the way out.
+void status_refusal(unsigned command, uint32_t state, uint32_t fault, char reason[STATUS_REASON_MAX]);
+
 /// Prints all states, counters and signals, as lines or as one JSON object.
 bool status_show(link_bus_t *bus, bool json);
 
