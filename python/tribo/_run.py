@@ -113,7 +113,8 @@ def _columns(trace: Array) -> dict[str, Array]:
 
 
 def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *, arith: Literal["f32", "q31", "both"] | None = None, **keywords: Unpack[RunKeys]) -> Run:
-    """Runs a scenario as `tribo-sim run` does: a path, the name of one in the scenarios folder, or None for the defaults.
+    """Runs a scenario as `tribo-sim run` does: a path, the name of one in the scenarios folder, or None for the defaults, which lack `duration_s` and
+    `reference.kind`.
 
     `keys` are keys of a scenario by their dotted names. A keyword may be the last part of a key if that is unique. Without `arith` the arithmetic is
     the scenario's, in most f32.

@@ -63,6 +63,14 @@ def processes_in(folder):
     return found
 
 
+def test_the_page_of_the_firmware_sets_a_param_that_the_demo_takes(demo):
+    page = (ROOT / "firmware/README.md").read_text(encoding="utf-8")
+    words = re.findall(r"`tribo-link (params set [^`\s]+=[^`\s]+)`", page)
+    assert words
+    for word in words:
+        demo.link(*word.split())
+
+
 def test_mbpoll_does_on_the_demo_what_the_page_says(demo):
     page = (ROOT / "docs/linux.md").read_text(encoding="utf-8").split("## What turns it off")[0]
     lines = [line.split("#") for line in page.splitlines() if line.startswith("    mbpoll ")]

@@ -153,6 +153,14 @@ def test_the_pages_have_their_commands():
         "tribo-design tune example_rig.yaml", "tribo-sim run example_rig.yaml", "tribo-sim params example_rig.yaml --arith q31 --out example_rig.h"]
 
 
+def test_a_test_that_a_page_names_is_built_first():
+    """In a fresh clone ctest finds none."""
+    for page in PAGES:
+        for paragraph in re.split(r"\n\s*\n", (ROOT / page).read_text(encoding="utf-8")):
+            at = paragraph.find("`ctest --preset")
+            assert at < 0 or "tools/check" in paragraph[:at] or "cmake --build" in paragraph[:at] or page == "CHANGELOG.md", (page, paragraph)
+
+
 def make_folder(folder):
     """The tree in links, and its programs in a folder for PATH."""
     for path in ROOT.iterdir():

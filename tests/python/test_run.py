@@ -4,6 +4,7 @@ import dataclasses
 import json
 import os
 import pathlib
+import re
 import subprocess
 
 import numpy as np
@@ -25,6 +26,15 @@ def as_csv(run):
     """The trace as tribo-sim writes it: nine digits are all of a float."""
     rows = zip(*(column.astype(float) for column in run.values()))
     return ",".join(run) + "\n" + "".join(",".join(f"{value:.9g}" for value in row) + "\n" for row in rows)
+
+
+def test_the_defaults_lack_what_the_page_says():
+    said = re.search(r"`None` for the defaults, which lack `(\S+)` and\s+`(\S+)`\.", (pathlib.Path(__file__).parents[2] / "docs/python.md").read_text(encoding="utf-8"))
+    assert set(said.groups()) == set(LEAST)
+    for key in LEAST:
+        with pytest.raises(tribo.ScenarioError, match=f"{key}: is missing"):
+            tribo.run(None, {other: value for other, value in LEAST.items() if other != key})
+    assert tribo.run(None, LEAST).summary.max_error_N > 0
 
 
 @pytest.mark.parametrize("arith", ["f32", "q31"])
