@@ -26,10 +26,10 @@ from tribo_identify import cli
 HERE = Path(__file__).parent
 LAWS = ("coulomb", "stribeck", "maxwell", "lugre")
 # What a text may name, by a word of it.
-NAMES = {"jumps": r"jumps: |off for a row", "stands": r"F stands for", "no sign": r"its sign was lost", "turned": r"wrong sign", "held": r"held: |changes each .* only", "clock": r"clock: |does not come after|"
+NAMES = {"jumps": r"jumps: |off for a row", "stands": r"F stands for", "no sign": r"its sign was lost", "turned": r"wrong sign", "held": r"held: |changes only every", "clock": r"clock: |does not come after|"
          r"goes back|runs backwards|row before", "unit of t": r"its stamps are", "exchanged": r"exchanged: ", "units": r"units: |is not a force", "limit": r"saturated: ", "silent": r"is silent|does not change",
          "loads": r"few loads", "one way": r"one direction", "pattern": r"a pattern over force|ripple: |a ripple of", "time": r"friction changes with time", "drift": r"F drifts",
-         "falls": r"friction falls|sliding are not the model's", "law": r"differs from the model's|not the model's, which|does not explain|differ from a line|no line", "none": r"no stiction", "push": r"would push",
+         "falls": r"friction falls|sliding are not the model's", "law": r"differs from the model's|not the model's, which|does not explain|differ from a line|line does not fit", "none": r"no stiction", "push": r"would push",
          "column": r"no column|is no number|is not a number", "broken": r"rows are broken|more fields|fields, the", "scale": r"either your command makes", "noise": r"has noise of|logged in steps of"}
 
 

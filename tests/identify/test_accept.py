@@ -111,7 +111,7 @@ def test_mistakes_are_named(rig, tmp_path, capsys):
     short = tmp_path / "short.csv"
     short.write_text("\n".join(logs["on"].read_text(encoding="ascii").splitlines()[:5000]) + "\n", encoding="ascii")
     status, _, err = identify(capsys, *[short if a == logs["on"] else a for a in arguments])
-    assert status == 2 and "lasts 5 s, the sequence 30 s" in err
+    assert status == 2 and "lasts 5 s, but the sequence takes 30 s" in err
     blind = tmp_path / "blind.csv"
     blind.write_text("t_s,u_N,y_N\n" + "".join(f"{t},0,{t}\n" for t in range(30)), encoding="ascii")
     status, _, err = identify(capsys, *[blind if a == logs["on"] else a for a in arguments])

@@ -87,7 +87,7 @@ def test_asymmetric_friction_is_named_and_fitted_by_direction(played):
 def test_a_sensors_volts_are_no_newton(played):
     rig, rows = played["calibrated"]
     assert verdicts(identify(rows)) == {"identified"}
-    with pytest.raises(Refusal, match="as a sensor's volts are not"):
+    with pytest.raises(Refusal, match="in a sensor's volts"):
         identify(rows * [1, 1, 0.3])
     assert "weak" in verdicts(identify(rows * [1, 1, 0.8]))
 
@@ -100,7 +100,7 @@ def test_a_spoilt_log_is_never_wrong_with_confidence(played, what):
 
 def test_break_aways_that_share_no_load_are_refused(played):
     verdict, text, _ = foreign_study.one((*played["one way"], "one direction"))
-    assert verdict == "refused" and text.startswith("few loads: F breaks away both ways at none"), text
+    assert verdict == "refused" and text.startswith("few loads: F breaks away both ways at no load"), text
 
 
 def test_the_judge_knows_a_wrong_answer(played):

@@ -125,7 +125,7 @@ def test_a_flaw_is_refused_or_answered_rightly(flaw, seed):
 def test_a_command_that_is_logged_more_slowly_than_force_is_named(experiment, held_s):
     rows = experiment[1].copy()
     rows[:, 1] = np.repeat(rows[:: round(1e3 * held_s), 1], round(1e3 * held_s))[: len(rows)]
-    with pytest.raises(Refusal, match=f"^held: u changes each {held_s:g} s only"):
+    with pytest.raises(Refusal, match=f"^held: u changes only every {held_s:g} s"):
         friction.identify(synthetic.log_of(rows))
 
 
@@ -159,7 +159,7 @@ def test_a_command_that_the_drive_holds_is_as_good(held_s, tmp_path):
     synthetic.play(tmp_path, tmp_path / "held.yaml", synthetic.settings(truth))
     result = friction.identify(synthetic.log_of(synthetic.trace(tmp_path)))
     assert found(result)["slope"].value == pytest.approx(truth["slope"], rel=0.01)
-    assert f"u changes each {held_s:g} s only: if the drive's command changes in between, log it as often as F" in result.remarks
+    assert f"u changes only every {held_s:g} s: if the drive's command changes in between, log it as often as F" in result.remarks
 
 
 def test_a_wrong_sign_is_named(experiment):
@@ -205,7 +205,7 @@ def test_breakaway_that_bends_needs_the_table():
     at, plus, _ = np.array(result.table).T
     force = np.linspace(0.15, 0.55, 9)
     assert np.interp(force, at, plus) == pytest.approx(np.interp(force, *zip(*points)), rel=0.35)
-    assert any("breakaway is no line" in r for r in result.remarks)
+    assert any("a line does not fit breakaway" in r for r in result.remarks)
 
 
 def identify(capsys, *arguments):
@@ -234,7 +234,7 @@ def test_measured_o_ring_is_as_an_independent_fit_has_it(capsys):
 
 def test_measured_x_ring_needs_the_table(capsys, tmp_path):
     status, out, _ = identify(capsys, "friction", *seal("X-ring257"), "--out", tmp_path / "out")
-    assert status == 0 and "no line: " in out and "a table of 4 loads" in out
+    assert status == 0 and "a line does not fit: " in out and "a table of 4 loads" in out
     text = (tmp_path / "out/friction.yaml").read_text(encoding="utf-8")
     assert text.count("force_N") == 4
     log = tmp_path / "log.csv"
@@ -244,7 +244,7 @@ def test_measured_x_ring_needs_the_table(capsys, tmp_path):
 
 def test_measured_kdn_shows_no_slope(capsys):
     status, out, _ = identify(capsys, "friction", *seal("KDN"))
-    assert status == 0 and "slope: weak" in out and "no line" not in out
+    assert status == 0 and "slope: weak" in out and "a line does not fit" not in out
 
 
 def strokes(path, load, pairs):
@@ -306,7 +306,7 @@ def test_one_pair_of_strokes_has_no_standard_error(tmp_path, capsys):
 def test_strokes_at_three_loads_are_refused(capsys):
     arguments = seal("O-ring")
     status, _, err = identify(capsys, "friction", *arguments[1:])
-    assert status == 3 and err.startswith("tribo-identify: few loads: 3; four at least")
+    assert status == 3 and err.startswith("tribo-identify: few loads: 3; at least four are needed")
 
 
 @pytest.fixture
@@ -398,7 +398,7 @@ def test_a_mistake_is_named(case, log, tmp_path, capsys):
 
 def test_a_plan_is_played_by_tribo_sim_and_stays_in_its_limits(tmp_path, capsys):
     status, out, _ = identify(capsys, "plan", "--low", "-0.05", "--high", "0.9", "--noise", "0.001", "--u-max", "1.2", "--out", tmp_path / "plan")
-    assert status == 0 and "4 loads, F from 0.05 to 0.627 N as guessed, u from -0.05 to 0.9 N" in out
+    assert status == 0 and "4 loads; F goes from 0.05 to 0.627 N with the guessed friction, u from -0.05 to 0.9 N" in out
     with open(tmp_path / "plan/plan.csv", encoding="ascii") as file:
         rows = list(csv.reader(file))
     assert rows[0] == ["t_s", "r_N"]

@@ -46,7 +46,7 @@ def test_friction_that_falls_is_found_in_noise(part):
 def right(rig, text):
     """Is L in the middle of the loads as right as is said?"""
     offset, slope, _ = strange.estimates(text)
-    low, high, within = map(float, re.search(r"at F from (\S+) to (\S+) N; L in the middle of it within (\S+) %", text).groups())
+    low, high, within = map(float, re.search(r"at F from (\S+) to (\S+) N; L in the middle of this range is known within (\S+) %", text).groups())
     middle = (low + high) / 2
     return abs((offset + slope * middle) / (rig["offset"] + rig["slope"] * middle) - 1) <= 1.5 * within / 100
 

@@ -67,7 +67,7 @@ def test_the_residual_of_a_sound_log_shows_nothing(law):
     assert not residual.shows(log_of(played(law)), "symmetric", level_of(rig_of(law)))
 
 
-SHOWN = {"warms up": "friction changes with time: it is", "drifts": "F drifts: in both directions alike it is", "cogging": "a pattern over force, the same upwards and downwards, of"}
+SHOWN = {"warms up": "friction changes with time: it is", "drifts": "F drifts: in both directions it is", "cogging": "there is a pattern over force, the same upwards and downwards, of"}
 
 
 @pytest.mark.parametrize("what", SHOWN)

@@ -131,10 +131,10 @@ def test_a_command_in_the_drives_unit_is_recognised(whole_way):  # noqa: F811
         assert accept.unit_of(loop, segment) == (pytest.approx(unit, rel=1e-3), pytest.approx(np.sign(unit), abs=1e-3))
         turned, said = accept.in_newton(loop, {"off": segment})
         assert np.ptp(turned["off"].u) == pytest.approx(np.ptp(u), rel=2e-2) and bool(said) == (unit != 1.0)
-        assert all(f"{unit:.4g} for a newton" in line for line in said)
+        assert all(f"{unit:.4g} of the drive's units per newton" in line for line in said)
     segment = Segment("off", t, high * np.sin(3 * t), y, reference=r, h=loop["sample_time_s"])
     same, said = accept.in_newton(loop, {"off": segment})
-    assert same["off"] is segment and "is not what this loop makes of its r and F" in said[0]
+    assert same["off"] is segment and "differs from the u that this loop computes from r and F" in said[0]
 
 
 LAW = {"off": 1.0, "on": 0.2, "less": 0.4, "more": 0.4}
@@ -148,9 +148,9 @@ def ruled(left=0.01, echo=0.0, **changed):
 
 def test_a_loop_within_what_is_unexplained_is_accepted_and_one_that_does_not_help_never():
     assert ruled() == [] and ruled(on=0.22) == []
-    assert "the error falls by 3.85 only" in ruled(on=0.26)[0] and ruled(on=0.26, echo=0.05) == []
+    assert "the error is divided by only 3.85" in ruled(on=0.26)[0] and ruled(on=0.26, echo=0.05) == []
     against = ruled(on=1.02, echo=1.0)
-    assert against == ["compensation does not help: with it the error is 1.02 times that without"]
+    assert against == ["compensation does not help: the error is 1.02 times that without it"]
     assert "the parameters are not this rig's" in ruled(left=0.11)[0]
 
 

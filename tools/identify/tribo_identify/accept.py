@@ -60,7 +60,7 @@ class Played:
 def load(path):
     tree = read_mapping(path)
     if not isinstance(tree.get("compensator"), dict) or "breakaway" not in (tree["compensator"].get("friction") or {}):
-        raise InputError(f"{path}: compensator.friction.breakaway: is missing; tribo-identify friction --scenario writes such a loop")
+        raise InputError(f"{path}: compensator.friction.breakaway: is missing; tribo-identify friction --scenario writes a loop that has it")
     return tree
 
 
@@ -122,7 +122,7 @@ def predict(loop, low, high, readings):
             tree = case_of(loop, case, low, high)
             runs = []
             for times in PLANT:
-                progress.at(f"plays the loop with compensation {case} on the plant with breakaway {times:g} times that of the loop")
+                progress.at(f"simulates the loop with compensation {case} on a plant with {times:g} times the loop's breakaway")
                 # The plant keeps the loop's original friction, whatever the case changes in the loop.
                 plant = copy.deepcopy(tree)
                 plant["plant"] = plant_of(loop, times)
@@ -220,15 +220,15 @@ def rule(measured, predicted, left, level, echo):
     factor = measured["off"].rms / max(measured["on"].rms, 1e-300)
     likely, low, high = expected(predicted, echo).factors
     lines = [f"error of r - y: off {measured['off'].rms:.4g} N, on {measured['on'].rms:.4g} N, L 20 % less {measured['less'].rms:.4g} N, more {measured['more'].rms:.4g} N",
-             f"it falls by {factor:.3g}; predicted {likely:.3g}, {low:.3g} to {high:.3g}",
+             f"the error is divided by {factor:.3g}; predicted {likely:.3g}, {low:.3g} to {high:.3g}",
              f"the model follows the log without compensation within {left:.2g} N rms, {100 * left / level:.2g} % of breakaway"]
     against = []
     if not factor > 1:
-        against.append(f"compensation does not help: with it the error is {1 / factor:.3g} times that without")
+        against.append(f"compensation does not help: the error is {1 / factor:.3g} times that without it")
     elif factor < low:
-        against.append(f"the error falls by {factor:.3g} only, where {low:.3g} to {high:.3g} are predicted")
+        against.append(f"the error is divided by only {factor:.3g}; {low:.3g} to {high:.3g} were predicted")
     if factor > high:
-        lines.append("it falls by more than predicted")
+        lines.append("the error falls by more than predicted")
     for case, what in (("less", "less"), ("more", "more")):
         if not measured[case].rms < measured["off"].rms:
             against.append(f"with L 20 % {what} the error is {measured[case].rms / measured['off'].rms:.3g} times that without compensation: there is no margin")
@@ -239,7 +239,7 @@ def rule(measured, predicted, left, level, echo):
     for case in CASES:
         most = VARIES * max(p.variation for p in predicted[case])
         if measured[case].variation > most:
-            against.append(f"u chatters with compensation {case}: it varies by {measured[case].variation:.3g} N/s, at most {most:.3g} N/s are sound")
+            against.append(f"u chatters with compensation {case}: it varies by {measured[case].variation:.3g} N/s; at most {most:.3g} N/s are allowed")
     if left > RESIDUAL * level:
         against.append(f"the model is off by {left:.2g} N rms without compensation, {100 * left / level:.2g} % of breakaway: the parameters are not this rig's")
     return lines, against
@@ -263,10 +263,10 @@ def in_newton(loop, segments):
     """Returns the segments with u in the loop's newtons, and lines to print: a drive may log the command in its own unit."""
     unit, follows = unit_of(loop, segments["off"])
     if abs(follows) < FOLLOWS:
-        return segments, [f"note: u of the log without compensation is not what this loop makes of its r and F (correlation {follows:.2g}): is u the command (--column u=...), and this loop in the drive?"]
+        return segments, [f"note: u in the log without compensation differs from the u that this loop computes from r and F (correlation {follows:.2g}): check that u is the command (--column u=...) and that this loop ran in the drive"]
     if abs(unit - 1) <= SAME_UNIT:
         return segments, []
-    return {case: replace(s, u=s.u / unit) for case, s in segments.items()}, [f"u: the log has {unit:.4g} for a newton of the loop's u, in the drive's unit: taken as that"]
+    return {case: replace(s, u=s.u / unit) for case, s in segments.items()}, [f"u: the log has {unit:.4g} of the drive's units per newton of the loop's u, and is converted"]
 
 
 def judge(loop, segments, readings, predicted):
@@ -274,7 +274,7 @@ def judge(loop, segments, readings, predicted):
     segments, said = in_newton(loop, segments)
     measured = {case: judged(s.t, s.reference, s.u, s.force) for case, s in segments.items()}
     off = segments["off"]
-    progress.at("plays the log without compensation on the loop's plant")
+    progress.at("simulates the log without compensation on the loop's plant")
     left, size = residual(loop, off), bins.bin_size(off.h)
     middle = (float(off.reference.min()) + float(off.reference.max())) / 2
     lines, against = rule(measured, predicted, float(np.sqrt(np.mean(left**2))), level_of(loop, middle), echo(loop, bins.beyond(left, readings, size), size * off.h))
@@ -288,7 +288,7 @@ def _read(path, words):
     if segment.force is None or segment.reference is None:
         raise InputError(f"{path}: needs columns of the reference and of the force (--column r=..., --column F=...)")
     if segment.t[-1] - segment.t[0] < 2 * PERIOD_S:
-        raise InputError(f"{path}: lasts {segment.t[-1] - segment.t[0]:.3g} s, the sequence {PERIOD_S * PERIODS:g} s")
+        raise InputError(f"{path}: lasts {segment.t[-1] - segment.t[0]:.3g} s, but the sequence takes {PERIOD_S * PERIODS:g} s; at least {2 * PERIOD_S:g} s are needed")
     return segment
 
 
@@ -317,10 +317,10 @@ def command(options):
     low, high = float(off.min()), float(off.max())
     for case, s in segments.items():
         if abs(s.reference.min() - low) > 0.02 * (high - low) or abs(s.reference.max() - high) > 0.02 * (high - low):
-            raise InputError(f"{paths[case]}: its reference goes from {s.reference.min():.4g} to {s.reference.max():.4g} N, that of the first log from {low:.4g} to {high:.4g} N")
+            raise InputError(f"{paths[case]}: its reference goes from {s.reference.min():.4g} to {s.reference.max():.4g} N, but that of the first log from {low:.4g} to {high:.4g} N")
     readings = bins.readings_of(segments["off"].force)
     measured, lines, against = judge(loop, segments, readings, predict(loop, low, high, readings))
-    lines += [f"REJECTED: {reason}" for reason in against] or ["ACCEPTED: the new parameters"]
+    lines += [f"REJECTED: {reason}" for reason in against] or ["ACCEPTED: use the new parameters"]
     if against:
         lines.append(f"the old parameters stay: {options.old}" if old else "keep the old parameters")
     print("\n".join(lines))

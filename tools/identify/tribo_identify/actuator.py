@@ -30,8 +30,8 @@ def arm_of(found, stiffness):
         interval = f" (size of the pair +- {100 * part:.2g} %, 95 %)" if p["identifiable"] and found["trusted"] else " (without an interval)"
         lines.append(f"arm: I {stiffness / size**2:.4g} N s^2/deg, b {2 * -p['re'] / size**2 * stiffness:.4g} N s/deg at K {stiffness:g} N/deg, lag b/K {2 * -p['re'] / size**2:.4g} s{interval}")
     if real:
-        lines.append(f"real poles {', '.join(f'{r:.4g}' for r in real)} rad/s: of actuator and sensor, which one's u and F do not tell"
-                     + ("" if pairs else "; or of an arm that is damped"))
+        lines.append(f"real poles {', '.join(f'{r:.4g}' for r in real)} rad/s: of actuator and sensor; u and F do not tell which is which"
+                     + ("" if pairs else "; or of a damped arm"))
     return lines
 
 
@@ -48,9 +48,9 @@ def command(options):
     text = "\n".join([identify.describe(found), *arm_of(found, stiffness), *(f"note  {r}" for r in log.remarks)])
     print(text)
     if not found["separable"]:
-        raise DesignError(f"not answered: {identify.NOT_SEPARABLE}")
+        raise DesignError(f"no answer: {identify.NOT_SEPARABLE}")
     if not found["trusted"]:
-        raise DesignError("not answered: " + "; ".join(found["remarks"]))
+        raise DesignError("no answer: " + "; ".join(found["remarks"]))
     if options.out:
         write_directory(options.out, {"plant.yaml": identify.plant_yaml(found, log.segments[0].file).encode(), "actuator.txt": (text + "\n").encode()}, NAMES)
         print(f"wrote {options.out}: {', '.join(NAMES)}")

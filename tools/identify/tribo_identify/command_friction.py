@@ -47,12 +47,12 @@ def run(options):
 
 
 def _summary(result):
-    lines = [] if result.line_error is None else [f"breakaway and command are of the slides, which a line meets within {result.line_error:.2g} N: inside stiction the friction is not the model's"]
-    lines += [f"{len(result.events)} break-aways at F from {result.loads[0][0]:.3g} to {result.loads[-1][1]:.3g} N; L in the middle of it within {100 * result.L_half:.2g} % (95 %)",
-             f"F is met within {result.residual_rms:.2g} N rms, in half-cycles that were held out {result.held_out:.2f} times that; delay {result.delay_s:.2g} s, ripple {result.ripple:.2g} N"]
+    lines = [] if result.line_error is None else [f"breakaway and command come from the slides, which a line fits within {result.line_error:.2g} N: inside stiction the friction does not follow the model"]
+    lines += [f"{len(result.events)} break-aways at F from {result.loads[0][0]:.3g} to {result.loads[-1][1]:.3g} N; L in the middle of this range is known within {100 * result.L_half:.2g} % (95 %)",
+             f"the model follows F within {result.residual_rms:.2g} N rms; the error in held-out half-cycles is {result.held_out:.2f} times that; delay {result.delay_s:.2g} s, ripple {result.ripple:.2g} N"]
     scale = next((e.value for e in result.estimates if e.name == "scale"), 1.0)
     if abs(scale - 1) > 0.02 and result.assume:
-        lines.append(f"u: your command makes {scale:.4g} N for 1 N; divide it by that, or the parameters do not hold")
+        lines.append(f"u: your command makes {scale:.4g} N for 1 N; divide it by {scale:.4g}, otherwise the parameters do not hold")
     return lines + [f"note: {r}" for r in result.remarks]
 
 
@@ -82,7 +82,7 @@ def _plant(base, result, options):
 
 
 def friction_yaml(result, options):
-    head = [f"# Friction from {', '.join(printable(Path(p).name) for p in options.logs)} by tribo-identify; for tribo-sim replay --params."]
+    head = [f"# Friction that tribo-identify found in {', '.join(printable(Path(p).name) for p in options.logs)}; for tribo-sim replay --params."]
     head += [f"# {line}" for line in [*friction.line_of(result), *_summary(result)]]
     return "\n".join(head) + "\n" + yaml_text({"friction": mapping_of(result)})
 
@@ -112,16 +112,16 @@ def _standard_error(repeats):
 
 def _strokes(log, options):
     if any(s.position is None and s.speed is None for s in log.segments):
-        raise InputError(f"{options.logs[0]}: there is no force: name its column (--column F=...); or, for strokes at speed, that of the position or the speed (--column x=..., v=...)")
+        raise InputError(f"{options.logs[0]}: has no force: name its column (--column F=...); for strokes at speed, name that of the position or the speed (--column x=... or --column v=...)")
     law = strokes.identify(log)
     lines = [f"{v.file}{v.when}: load {v.load:.5g} N, friction {v.friction:.4g} N, {len(v.repeats)} pair{'s' * (len(v.repeats) > 1)} of strokes, {_standard_error(v.repeats)}" for v in law.levels]
     if law.is_table:
-        lines.append(f"no line: off by up to {100 * law.deviation:.2g} % at a load, far beyond the scatter of the repeats; a table of {len(law.levels)} loads")
+        lines.append(f"a line does not fit: it is off by up to {100 * law.deviation:.2g} % at a load, far beyond the scatter of the repeats; the result is a table of {len(law.levels)} loads")
     else:
         lines.append(f"offset {law.offset:.4g} +- {law.offset_half:.2g} N, slope {law.slope:.3g} +- {law.slope_half:.2g} (95 %), R2 {law.r2:.4f}")
         if not law.slope_shown:
-            lines.append("slope: weak: these loads do not show one; more loads would tell")
-    lines.append("note: friction of sliding at these speeds; breakaway, k_min, k_max, m and v0 need a log of u and F (tribo-identify plan)")
+            lines.append("slope: weak: these loads do not show a slope; more loads would")
+    lines.append("note: this is the friction of sliding at these speeds; breakaway, k_min, k_max, m and v0 need a log of u and F (tribo-identify plan)")
     lines += [f"note: {r}" for r in log.remarks]
     print("\n".join(lines))
     if options.out:

@@ -141,10 +141,10 @@ def not_of_one_clock(log, lag_s, also=""):
     """Returns the refusal of an F that comes before u, or far behind it."""
     held = held_s(log)
     if lag_s < 0 < held:
-        return Refusal("held", f"held: u changes each {held:.3g} s only, and F comes {-lag_s:.3g} s before it: log u as often as F, with the command that the drive gets")
+        return Refusal("held", f"held: u changes only every {held:.3g} s, and F comes {-lag_s:.3g} s before it: log u, the command that the drive receives, as often as F")
     if lag_s < 0:
-        return Refusal("clock", f"clock: F comes {lag_s:.3g} s after u, before it was commanded; " + (also or "the stamps of u and F are not of one clock"))
-    return Refusal("clock", f"clock: F comes {lag_s:.3g} s after u; " + (also or "it is filtered for so long, or the stamps of u and F are not of one clock"))
+        return Refusal("clock", f"clock: F comes {lag_s:.3g} s after u, before it was commanded; " + (also or "the time stamps of u and F come from different clocks"))
+    return Refusal("clock", f"clock: F comes {lag_s:.3g} s after u; " + (also or "F passes a slow filter, or the time stamps of u and F come from different clocks"))
 
 
 def falls_where_u_rises(log):
@@ -196,8 +196,8 @@ def check_clock(log):
         raise refusal
     said = f"clock: a row each {h:.3g} s, {total:.3g} s in all"
     if total < TOTAL_S:
-        raise Refusal("clock", f"{said}: too short for an experiment, which takes a minute (tribo-identify plan)")
-    raise Refusal("clock", f"{said}: the library takes a row each {INTERVALS[0]:g} to {INTERVALS[1]:g} s; log " + ("more often" if h > INTERVALS[1] else "less often, or resample it (--resample=0.001)"))
+        raise Refusal("clock", f"{said}: this is too short for an experiment, which takes a minute (tribo-identify plan)")
+    raise Refusal("clock", f"{said}: the interval between rows must be {INTERVALS[0]:g} to {INTERVALS[1]:g} s; log " + ("more often" if h > INTERVALS[1] else "less often, or resample it (--resample=0.001)"))
 
 
 def check_limits(log):
@@ -210,8 +210,8 @@ def check_limits(log):
     name = max(full, key=full.get)
     x = np.concatenate([getattr(s, name) for s in log.segments])
     at = x.max() if np.mean(x == x.max()) >= np.mean(x == x.min()) else x.min()
-    what = "the drive or the log ends there" if name == "u" else "the sensor or the log ends there"
-    raise Refusal("saturated", f"saturated: {'u' if name == 'u' else 'F'} stands at {at:.4g} N in {100 * full[name]:.2g} % of the rows: {what}. Stay within it")
+    what = "the drive or the logger saturates there" if name == "u" else "the sensor or the logger saturates there"
+    raise Refusal("saturated", f"saturated: {'u' if name == 'u' else 'F'} stands at {at:.4g} N in {100 * full[name]:.2g} % of the rows: {what}. Stay within this limit")
 
 
 def _go_together(log, size):
@@ -228,15 +228,15 @@ def check(log):
     size = bin_size(log.sample_time_s)
     averaged = np.concatenate([binned(s.force, size) for s in log.segments])
     if span_u == 0:
-        raise Refusal("silent", f"u does not change, it is {u[0]:.4g} N throughout: there is no experiment in this log, or u is another column")
+        raise Refusal("silent", f"u does not change; it is {u[0]:.4g} N throughout: this log has no experiment, or u is in another column")
     if span == 0:
         raise Refusal("silent", f"the force sensor is silent: F is {force[0]:.4g} N throughout")
     if np.max(np.abs(u - force)) < 1e-5 * span:
-        raise Refusal("silent", "F is u, row for row: it is the same column; name that of the measured force (--column F=...)")
+        raise Refusal("silent", "F is u, row for row: it is the same column; name the column of the measured force (--column F=...)")
     rows.check_jumps(log)
     if np.ptp(averaged) <= max(20 * noise_of(averaged), 1e-6 * span_u):
         if _go_together(log, size):
-            raise Refusal("noise", f"noise: F has noise of {noise_of(averaged):.3g} N rms in averages over {1e3 * BIN_S:g} ms, and changes by {np.ptp(averaged):.3g} N in all: friction does not show in it. {noise.QUIETER}")
+            raise Refusal("noise", f"noise: F has noise of {noise_of(averaged):.3g} N rms in averages over {1e3 * BIN_S:g} ms, and changes by {np.ptp(averaged):.3g} N in all: it hides the friction. {noise.QUIETER}")
         raise Refusal("silent", f"the force sensor is silent: F stays within {np.ptp(averaged):.3g} N while u changes by {span_u:.3g} N (or u never leaves stiction)")
     rows.check_sign(log)
     rows.check_held(log)
@@ -244,19 +244,19 @@ def check(log):
     if span > 20 * span_u or span_u > 20 * span:
         times = span / span_u
         milli = "--unit F=mN" if 200 < times < 5000 else "--unit u=mN" if 200 < 1 / times < 5000 else None
-        raise Refusal("units", f"units: F changes by {span:.3g} N and u by {span_u:.3g} N: one of them is not in N (" + (f"{milli}, or " if milli else "") + f"a factor: --scale u={times:.2g} makes them alike)")
+        raise Refusal("units", f"units: F changes by {span:.3g} N and u by {span_u:.3g} N: one of them is not in N (" + (f"{milli}, or " if milli else "") + f"a factor: --scale u={times:.2g} makes their ranges equal)")
 
 
 def check_events(log, events):
     """Refuses faults that show in the events."""
     if not events:
-        raise Refusal("silent", "F never slides slowly: nothing tells breakaway (tribo-identify plan writes an experiment that does)")
+        raise Refusal("silent", "F never slides slowly, so the log does not show breakaway (tribo-identify plan writes an experiment that does)")
     found = spans(log)
     if len({e.way for e in events} | {way for way, *_ in found}) == 1:
         raise Refusal("one direction", "one direction only: breakaway cannot be told from scale and bias of u; approach every load from both sides")
     both, count = loads(found)
     largest = max(abs(high) for *_, high in found) if found else 0.0
     if not both or both[-1][1] - both[0][0] < 0.15 * largest:
-        raise Refusal("few loads", "few loads: F slides both ways over too little of its range; four loads at least, over the forces that you use")
+        raise Refusal("few loads", "few loads: F slides both ways over too little of its range; at least four loads over the forces that you use are needed")
     if count < 4:
-        raise Refusal("few loads", f"few loads: F slides both ways at {count} only; four at least tell a line from a bend")
+        raise Refusal("few loads", f"few loads: F slides both ways at only {count} load{'s' * (count != 1)}; at least four are needed to tell a line from a bend")

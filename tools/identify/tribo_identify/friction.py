@@ -390,7 +390,7 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
     check_events(log, events)
     line = slides.line(log, assume or "symmetric") if allow_slides else _guess(log, rig, ways, assume)
     if line is None:
-        raise Refusal("few loads", "few loads: F slides both ways too seldom; four loads at least, each from both sides")
+        raise Refusal("few loads", "few loads: F slides both ways too seldom; at least four loads are needed, each from both sides")
     slow = slow_rows(log, ways)
     load = float(np.median(slow[:, 1]))
     level = float(np.mean([line.breakaway(load, way) for way in (1, -1)]))
@@ -399,7 +399,7 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
     _stiction(log, line, level, load, shown)
     ripple = ripple_of(slow, line)
     if ripple > level:
-        raise Refusal("ripple", "ripple: " + (shown[0] if shown else f"u has to overcome {ripple:.3g} N that changes with position, more than breakaway, {level:.3g} N; average over whole turns, or take it out of u"))
+        raise Refusal("ripple", "ripple: " + (shown[0] if shown else f"u must overcome a force of {ripple:.3g} N that changes with position, more than the breakaway of {level:.3g} N; average over whole turns, or subtract this force from u"))
     found = not rig and line.is_sure() and line.error < DOUBT / 3 * level
     rig, expected = rig_of(max(line.lag_s, 1e-3)) if found else (rig or {}, 0.0)
     fit = Fit(log, events, rig, assume)
@@ -413,7 +413,7 @@ def identify(log, rig=None, assume="symmetric", allow_slides=True):
     names = [*names, *fit.rest]
     remarks = list(log.remarks) + said
     if held := held_s(log):
-        remarks.append(f"u changes each {held:.3g} s only: if the drive's command changes in between, log it as often as F")
+        remarks.append(f"u changes only every {held:.3g} s: if the drive's command changes in between, log it as often as F")
     by_slides = _by_slides(fit, line, left)
     if by_slides:
         names, theta, left = _rest(fit, line, names, theta)
@@ -461,11 +461,11 @@ def _plausible(log, line, assume, level):
     if hidden := noise.of(log).hides(level, max(np.ptp(s.force) for s in log.segments)):
         raise Refusal("noise", f"noise: {hidden}")
     if (level <= 0 or share < FOLLOWS) and _is_exchanged(log):
-        raise Refusal("exchanged", "exchanged: u and F: F turns before u, which stands at each turn as F does because of friction. Name their columns the other way round (--column u=... --column F=...)")
+        raise Refusal("exchanged", "exchanged: u and F: F turns before u, and u stands at each turn as F does with friction. Name their columns the other way round (--column u=... --column F=...)")
     if _is_turned(log, scale, share):
         raise Refusal("sign", WRONG_SIGN)
     if share < FOLLOWS:
-        raise other_unit(log) or Refusal("clock", f"clock: F does not follow u: at most {100 * share:.2g} % of the way of F goes the way of u, however late it is taken. Their stamps are not of one clock, one of them is another column, or a filter of F is slower than the motion")
+        raise other_unit(log) or Refusal("clock", f"clock: F does not follow u: at most {100 * share:.2g} % of the travel of F has the direction of u, at any delay. Their time stamps come from different clocks, one of them is another column, or a filter of F is slower than the motion")
     if not _is_late(log, lag):
         raise not_of_one_clock(log, lag)
     if shown := residual.shows(log, assume or "symmetric", abs(level)):
@@ -473,8 +473,8 @@ def _plausible(log, line, assume, level):
     if scale < 0:
         raise Refusal("sign", WRONG_SIGN)
     if not least <= scale <= 1 / least:
-        raise Refusal("units", f"units: F moves by {scale:.3g} N for a newton of u: one of them is not in N, as a sensor's volts are not, nor a drive's ampere; give its scale (--scale u={scale:.4g}, or --scale F=...)"
-                      + ("" if assume or not 0.2 <= scale <= 5 else "; if both are, say so: --assume symmetric"))
+        raise Refusal("units", f"units: F moves by {scale:.3g} N for a newton of u: one of them is not in N but, for example, in a sensor's volts or a drive's amperes; give its scale (--scale u={scale:.4g}, or --scale F=...)"
+                      + ("" if assume or not 0.2 <= scale <= 5 else "; if both are in N, add --assume symmetric"))
     if late:
         raise not_of_one_clock(log, line.lag_s)
 
@@ -500,7 +500,7 @@ def _stiction(log, line, level, load, shown):
     """Refuses a log without friction; that is a valid answer if u and F are of one clock."""
     if not line.is_sure():
         if not level > 0:
-            raise Refusal("sign", "friction would push the way that F goes: a sign is wrong, or u and F are not of the same time")
+            raise Refusal("sign", "friction would push in the direction of motion: a sign is wrong, or u and F are not of the same time")
         return
     low, high = np.percentile(_middle(list(line.values), line.draws, load), [2.5, 97.5])
     if level <= max((high - low) / 2, 2 * line.error):
@@ -539,10 +539,10 @@ def _not_followed(log, line, delay, rms, shown, level):
     if lag is not None and _is_late(log, lag):
         if shown:
             return Refusal("ripple" if "pattern" in shown[0] else "model", f"model: {shown[0]}")
-        few = (f"do not lie on a line: it leaves {line.error:.3g} N of them" if line.is_sure() else f"are too few: {slides.SURE} at least (tribo-identify plan makes 24, --repeats more)")
-        return Refusal("model", f"model: inside stiction the friction is not the model's, which leaves {rms:.3g} N rms of F: it builds up, or falls, about the turns. The {line.slides} slides beyond them, which do "
-                                f"without the model, {few}")
-    return not_of_one_clock(log, delay, "the stamps of u and F are not of one clock, or the rig's lags are others than were taken (--actuator --sensor --lag)")
+        few = (f"do not lie on a line: they are off by {line.error:.3g} N" if line.is_sure() else f"are too few: {slides.SURE} at least (tribo-identify plan makes 24, --repeats more)")
+        return Refusal("model", f"model: inside stiction the friction is not the model's, which is off by {rms:.3g} N rms: friction builds up, or falls, near the turns. The {line.slides} slides beyond them, which need "
+                                f"no such model, {few}")
+    return not_of_one_clock(log, delay, "the time stamps of u and F come from different clocks, or the rig's lags differ from those used (--actuator --sensor --lag)")
 
 
 def _by_slides(fit, line, residual):
@@ -649,7 +649,7 @@ def _leave_out(fit, residual):
     rms = np.sqrt(np.bincount(fit.block, w * residual**2, fit.count) / np.maximum(np.bincount(fit.block, w, fit.count), 1))
     bad = rms > 6 * np.median(rms) + 1e-9
     if bad.mean() > 0.3:
-        return [f"{bad.sum()} of {fit.count} half-cycles fit far worse than the others; none is left out"]
+        return [f"{bad.sum()} of {fit.count} half-cycles fit far worse than the others; because they are so many, none is left out"]
     fit.weight[bad] = 0.0
     return [f"{bad.sum()} of {fit.count} half-cycles fit far worse than the others and are left out"] if bad.any() else []
 
@@ -711,7 +711,7 @@ def _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, g
     if at is not None and lack[0] > 0.1 and lack[1] < 0.01:
         names, theta = _to_table(fit, names, theta, at)
         theta, residual = fit.solve(names, theta)
-        remarks.append(f"breakaway is no line: off by up to {100 * lack[0]:.2g} % at a load (by chance: {lack[1]:.1g}); a table of {len(at)} loads")
+        remarks.append(f"a line does not fit breakaway: it is off by up to {100 * lack[0]:.2g} % at a load (probability by chance {lack[1]:.1g}); the result is a table of {len(at)} loads")
     changes = fit.bootstrap(names, residual)
     half = np.hypot((np.percentile(changes, 97.5, axis=0) - np.percentile(changes, 2.5, axis=0)) / 2, fit.model_half(names, residual))
     half, error = np.maximum(half, fit.hysteresis_half(names, theta, residual)), fit.model_error(names, residual) if line is None else None
@@ -722,7 +722,7 @@ def _finish(fit, names, theta, residual, events, remarks, ripple, level, ways, g
     params, table = fit.params(names, theta)
     both, _ = loads([(e.way, e.low, e.high) for e in events] if not by_slides else slides.spans(fit.log))
     if not both:
-        raise Refusal("few loads", "few loads: F breaks away both ways at none; approach every load from both sides")
+        raise Refusal("few loads", "few loads: F breaks away both ways at no load; approach every load from both sides")
     result = Result(estimates, params, table, events, fit.model(names, theta), fit.rms(residual), _hold_out(fit, residual), ripple, params["delay"], both, fit.assume, remarks, lack_of_fit=lack)
     result.rate_effect = _rate_effect(events, level)
     result.L_half = _relative_half(fit, names, np.array(theta, float), changes, both, error)
@@ -740,7 +740,7 @@ def _estimate(fit, name, value, half):
         value, half = float(np.clip(np.exp(value), *BOUNDS[name])), float(np.exp(value) * np.expm1(min(half, 5.0)))
     verdict, remark = _verdict(name.split("_")[0] if name.startswith("table") else name, value, half), ""
     if verdict == "not identifiable":
-        remark = f"not shown by this log; {EXPERIMENT[name]} would"
+        remark = f"this log does not show it; {EXPERIMENT[name]} would"
     elif verdict == "weak":
         remark = EXPERIMENT.get(name, "more repeats, more loads or less noise would narrow it")
     if name.startswith("table"):
@@ -813,7 +813,7 @@ def _explained(fit, residual, level, shown):
             raise not_of_one_clock(fit.log, lag)
         if said := known.says(level, 2):
             raise Refusal("noise", f"noise: {said[0]}")
-        raise Refusal("model", f"model: {shown[0]}" if shown else f"the model does not explain the log: F is off by {rms:.3g} N rms, where breakaway is {level:.3g} N; no answer is better than this one")
+        raise Refusal("model", f"model: {shown[0]}" if shown else f"the model does not explain the log: it is off from F by {rms:.3g} N rms, and breakaway is {level:.3g} N; so there is no answer")
 
 
 def by_direction(result, force):
@@ -837,7 +837,7 @@ def _readings(result):
         ways.append(by_direction(result, force))
     law = [", ".join(f"{L:.3g} N at {load:.3g} N" for L, load in zip(column, ends)) for column in zip(*ways)]
     asymmetric = f", or friction is asymmetric and u is right: L+ {law[0]}; L- {law[1]}" if np.min(ways) > 0 else ""
-    return [f"either your command makes {scale.value:.4g} N for 1 N, or F is not in N (--scale F=...){asymmetric}. This log cannot tell: say --assume symmetric"
+    return [f"either your command makes {scale.value:.4g} N for 1 N, or F is not in N (--scale F=...){asymmetric}. This log cannot tell: add --assume symmetric"
             + (" or --assume calibrated (which fits L+ and L- each)" if asymmetric else " if F is in N")]
 
 
@@ -859,19 +859,19 @@ def _misfits(result, level, known, gap_half):
     if result.line_error is None:
         gap = result.slide_gap[0]
         if left > DOUBT * level:
-            yield f"F is off by {left:.3g} N rms, {100 * left / level:.2g} % of breakaway: the friction differs from the model's"
+            yield f"the model is off from F by {left:.3g} N rms, {100 * left / level:.2g} % of breakaway: the friction differs from the model's"
         if result.held_out > 2.5:
-            yield f"half-cycles that were held out fit {result.held_out:.2g} times worse"
+            yield f"held-out half-cycles fit {result.held_out:.2g} times worse"
         if abs(gap) > max(GAP, result.L_half, gap_half, known.rounding / level):
             yield f"friction in slow slides differs from the model's by {100 * gap:+.2g} %, beyond the interval of L: breakaway and sliding are not the model's"
         if result.ripple > 0.3 * level and left > DOUBT / 3 * level:  # if the model follows F there is no ripple
-            yield f"a ripple of {result.ripple:.3g} N with position, {100 * result.ripple / level:.2g} % of breakaway: average over whole turns"
+            yield f"there is a ripple of {result.ripple:.3g} N over position, {100 * result.ripple / level:.2g} % of breakaway: average over whole turns"
     elif (left := known.beyond(result.line_error, noise.MEDIAN)) > DOUBT / 3 * level:
         yield f"slides differ from a line by {left:.3g} N, {100 * left / level:.2g} % of breakaway: their friction is not offset + slope |F|"
     share, half = result.fall
     if share > FALL + half:
         L = breakaway(result.params, result.table, np.mean([result.loads[0][0], result.loads[-1][1]]))[0]
-        yield (f"friction falls once it slides: breakaway is {100 * share:.2g} +- {100 * half:.1g} % above sliding, {(1 + share) * L:.3g} N for {L:.3g} N in the middle of the loads; "
+        yield (f"friction falls once it slides: breakaway is {100 * share:.2g} +- {100 * half:.1g} % above sliding, {(1 + share) * L:.3g} N instead of {L:.3g} N in the middle of the loads; "
                "the parameters are those of sliding")
 
 
@@ -881,7 +881,7 @@ def _judge(fit, result, level):
     if result.residual_rms > DOUBT / 3 * level or result.line_error is not None:
         for e in result.estimates:
             if e.name in HYSTERESIS and e.verdict == "identified":
-                e.verdict, e.remark = "weak", "the model does not follow the log closely enough to tell it"
+                e.verdict, e.remark = "weak", "the model does not follow the log closely enough to show it"
     result.remarks += doubts
     if doubts:
         for e in result.estimates:
@@ -891,9 +891,9 @@ def _judge(fit, result, level):
         result.remarks.append(f"breakaway differs from the model's by {100 * result.rate_effect:+.2g} % for ten times the ramp's rate")
     result.remarks += _readings(result) if result.assume else []
     if result.assume != "calibrated":
-        result.remarks.append("L+ = L- is assumed, which tells scale and bias of u; without it only L+ + L- is known (--assume calibrated: u is right, L+ and L- may differ)")
+        result.remarks.append("L+ = L- is assumed, so that scale and bias of u can be fitted; without this assumption only L+ + L- is known (--assume calibrated: u is right, L+ and L- may differ)")
     else:
-        result.remarks.append("u is taken as right, so that L+ and L- are told apart; a bias of u would look like their difference")
+        result.remarks.append("u is assumed to be right, so that L+ and L- can be fitted separately; a bias of u would show as their difference")
 
 
 def line_of(result):

@@ -51,7 +51,7 @@ def play(truth, own, params, u, interval_s, substeps):
     """Returns y of tribo-sim's plant with a truth model. `own` has the model's own parameters in their order; missing ones have their default. The plant starts at rest at F = 0."""
     y, given = np.empty(len(u)), [*own.values(), *[np.nan] * (OWN_MAX - len(own))]
     if lib.identify_play(truth.encode(), _structs([params]), _doubles(given), _doubles(u), len(u), interval_s, substeps, _doubles(y)) != 0:
-        raise DesignError(f"no plant with a truth model {truth}, or out of memory")
+        raise DesignError(f"there is no truth model {truth}, or memory is exhausted")
     return late(y, params["delay"], interval_s)
 
 
@@ -68,7 +68,7 @@ def tribo_sim():
     beside = Path(sys.executable).with_name("tribo-sim")
     found = os.environ.get("TRIBO_SIM") or (str(beside) if beside.exists() else shutil.which("tribo-sim"))
     if found is None:
-        raise DesignError("tribo-sim is not there: pip install puts it beside this program; or set TRIBO_SIM to its path")
+        raise DesignError("tribo-sim was not found: pip install puts it next to this program; or set TRIBO_SIM to its path")
     return found
 
 

@@ -11,7 +11,7 @@ MEDIAN = 0.6745  # median of the absolute deviation, in standard deviations
 NAMED = {"force": 0.03, "rounding": 0.03, "u": 0.1}  # of breakaway: smaller values are not reported. The model takes changes of u from row to row as commanded
 HIDES = 0.2  # of breakaway: this much noise hides friction
 RANGE = 2e-3  # of the range of F: smaller noise hides nothing
-QUIETER = "Find what disturbs the sensor, or let its converter average"
+QUIETER = "Find the source of the noise, or let the sensor's converter average"
 
 
 @dataclass
@@ -33,8 +33,8 @@ class Noise:
         if name == "force":
             return f"F has noise of {self.force:.3g} N rms in averages over {1e3 * BIN_S:g} ms, {100 * self.force / level:.2g} % of breakaway. {QUIETER}"
         if name == "rounding":
-            return f"u is logged in steps of {self.step:.3g} N, {100 * self.step / level:.2g} % of breakaway. Log the command with more digits, if the drive gets it so"
-        return f"u has noise of {self.u:.3g} N rms from row to row, {100 * self.u / level:.2g} % of breakaway. Log the command that the drive gets, no measured current"
+            return f"u is logged in steps of {self.step:.3g} N, {100 * self.step / level:.2g} % of breakaway. Log the command with more digits if the drive receives it with more"
+        return f"u has noise of {self.u:.3g} N rms from row to row, {100 * self.u / level:.2g} % of breakaway. Log the command that the drive gets, not a measured current"
 
     def says(self, level, times=1.0):
         """Returns a sentence for each value that is large compared with breakaway, the largest first."""

@@ -47,7 +47,7 @@ class Plan:
         if not self.low < self.high <= 1e6:
             refuse("high", self.high, "above --low and at most 1e6 N")
         if not 4 <= self.levels <= 32:
-            refuse("levels", self.levels, "4 to 32: with fewer a bend of L(F) does not show")
+            refuse("levels", self.levels, "4 to 32: with fewer levels a bend of L(F) does not show")
         if not 2 <= self.repeats <= 100:
             refuse("repeats", self.repeats, "2 to 100: intervals come from repeats")
         if not 0 <= self.slope <= 0.9:
@@ -65,13 +65,13 @@ class Plan:
             refuse("rate", self.rate, "1e-6 to 1e6 N/s")
         bottom, top = self.range()
         if not top - bottom > max(0.1 * (self.high - self.low), 0.3 * self.breakaway(max(abs(bottom), abs(top)))):
-            raise InputError(f"--high: value {self.high:g}: breakaway of {self.offset:g} N + {self.slope:g} |F| leaves F no way between --low and --high")
+            raise InputError(f"--high: value {self.high:g}: breakaway of {self.offset:g} N + {self.slope:g} |F| leaves F no travel between --low and --high")
         if not self._stands_out():
             fewer = next((levels for levels in range(self.levels - 1, 3, -1) if replace(self, levels=levels)._stands_out()), None)
             raise InputError(f"--noise: value {self.noise:g}: {self.levels} levels between {bottom:.3g} and {top:.3g} N do not stand out of it"
-                             + (f"; --levels {fewer} would" if fewer else ", nor do fewer: this sensor does not tell friction over so small a range"))
+                             + (f"; --levels {fewer} would" if fewer else ", nor do fewer: this sensor is too noisy for so small a range"))
         if self.u_max is not None and not self.u_max >= largest:
-            refuse("u-max", self.u_max, f"at least {largest:g} N, which --low and --high ask for")
+            refuse("u-max", self.u_max, f"at least {largest:g} N, the largest of --low and --high in size")
         return self
 
     def _stands_out(self):
@@ -175,7 +175,7 @@ def command(options):
     text = "t_s,r_N\n" + "".join(f"{t:.3f},{r:.6g}\n" for t, r in rows)
     write_directory(options.out, {"plan.csv": text.encode(), "plan.yaml": plan.scenario("plan.csv").encode()}, NAMES)
     bottom, top = plan.range()
-    print(f"{plan.levels} loads, F from {bottom:.3g} to {top:.3g} N as guessed, u from {plan.low:g} to {plan.high:g} N, in both directions at {', '.join(f'{plan.rate / r:.3g}' for r in RATES)} N/s, {plan.repeats} times"
+    print(f"{plan.levels} loads; F goes from {bottom:.3g} to {top:.3g} N with the guessed friction, u from {plan.low:g} to {plan.high:g} N, in both directions at {', '.join(f'{plan.rate / r:.3g}' for r in RATES)} N/s, {plan.repeats} times"
           + (f"; ramps inside stiction at {', '.join(f'{plan.rate / s:.3g}' for s in SLOW)} N/s" if plan.hysteresis else "; k_min, k_max, m and v0 need --hysteresis"))
-    print(f"{rows[-1, 0]:.0f} s; play it without compensation: tribo-sim run {options.out}/plan.yaml --out DIR, or plan.csv as the drive's reference with that file's controller")
+    print(f"{rows[-1, 0]:.0f} s; run it without compensation: tribo-sim run {options.out}/plan.yaml --out DIR, or on the drive plan.csv as the reference with the controller of plan.yaml")
     return 0

@@ -39,9 +39,9 @@ def over_time(rows, left, level):
         return None
     _, which, whole, change = max(found)
     if which == "friction":
-        return (f"friction changes with time: it is {abs(whole):.3g} N {'less' if whole < 0 else 'more'} at the end of the log than in its beginning, {100 * change / level:.2g} % of breakaway: "
-                "it warms up or runs in. Let the rig run until that has ended, and log the experiment again")
-    return f"F drifts: in both directions alike it is {abs(whole):.3g} N {'less' if whole < 0 else 'more'} at the end of the log than in its beginning: the sensor's zero or the load changes with time"
+        return (f"friction changes with time: it is {abs(whole):.3g} N {'less' if whole < 0 else 'more'} at the end of the log than at its beginning, {100 * change / level:.2g} % of breakaway: "
+                "the rig warms up or runs in. Let it run until friction is steady, then log the experiment again")
+    return f"F drifts: in both directions it is {abs(whole):.3g} N {'less' if whole < 0 else 'more'} at the end of the log than at its beginning: the sensor's zero or the load changes with time"
 
 
 def _alike_taken_off(rows, left):
@@ -68,8 +68,8 @@ def over_force(rows, left, level):
     part, size, period = best
     if part < FORCE_PART or size < FORCE_LEAST * level:
         return None
-    return (f"a pattern over force, the same upwards and downwards, of {size:.3g} N in periods of {period:.3g} N: {100 * size / level:.2g} % of breakaway. That is cogging, a sensor that is not linear, or whatever else goes with "
-            "the position: take it out of u, or average over whole periods of it")
+    return (f"there is a pattern over force, the same upwards and downwards, of {size:.3g} N in periods of {period:.3g} N: {100 * size / level:.2g} % of breakaway. The cause is cogging, a nonlinear sensor, or another effect of "
+            "the position: subtract it from u, or average over whole periods")
 
 
 def shows(log, assume, level):

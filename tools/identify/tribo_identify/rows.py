@@ -44,7 +44,7 @@ def _without_spikes(segment, name):
     mended = x.copy()
     mended[at] = smooth[at]
     letter = {"u": "u", "force": "F"}[name]
-    return mended, [f"{len(at)} rows of {letter} are off for a row or two, by up to {abs(x[worst] - smooth[worst]):.3g} N ({_place(segment, worst)}: {x[worst]:.6g} N): they count as their neighbours"]
+    return mended, [f"{len(at)} rows of {letter} are off for a row or two, by up to {abs(x[worst] - smooth[worst]):.3g} N ({_place(segment, worst)}: {x[worst]:.6g} N): they are replaced by the median of their neighbours"]
 
 
 def runs_of(x):
@@ -70,7 +70,7 @@ def _without_stretches(segment):
     if not found or sum(b - a for a, b in found) > 0.2 * len(segment.t):
         return [segment], []
     a, b = found[0]
-    said = [f"F stands for {b - a} rows from {segment.t[a]:.4g} s on, where it else changes from row to row" + (f", and {len(found) - 1} times more" if len(found) > 1 else "") + ": these rows are left out"]
+    said = [f"F stands for {b - a} rows from {segment.t[a]:.4g} s on, although it otherwise changes from row to row" + (f", and {len(found) - 1} more times" if len(found) > 1 else "") + ": these rows are left out"]
     edges = [0, *(k for pair in found for k in pair), len(segment.t)]
     pieces = [slice(a, b) for a, b in zip(edges[::2], edges[1::2]) if (b - a) * segment.h > 1.0]
     cut = lambda rows: {name: None if getattr(segment, name) is None else np.ascontiguousarray(getattr(segment, name)[rows]) for name in ("t", "u", "force", "position", "speed", "reference")}
@@ -112,7 +112,7 @@ def check_jumps(log):
         for name, other, letter in (("force", "u", "F"), ("u", "force", "u")):
             many = np.mean(spikes(getattr(s, name)))
             if many > SPIKES:
-                raise Refusal("jumps", f"jumps: {letter} is off for a row or two in {100 * many:.2g} % of the rows: these readings are none. Look at the sensor's bus or the logger, and log it again")
+                raise Refusal("jumps", f"jumps: {letter} is off for a row or two in {100 * many:.2g} % of the rows: these readings are invalid. Check the sensor's bus and the logger, and log it again")
             at, d = _jumps(s, name, other)
             if not len(at):
                 continue
@@ -161,8 +161,8 @@ def held_force(log):
 def check_held(log):
     held = held_force(log)
     if held > 1.5 * BIN_S:
-        raise Refusal("held", f"held: F changes each {held:.3g} s only, {held / log.sample_time_s:.0f} rows alike: the sensor converts no faster, or the logger repeats it. "
-                              f"Breakaway does not show so: log F at least each {BIN_S:g} s")
+        raise Refusal("held", f"held: F changes only every {held:.3g} s ({held / log.sample_time_s:.0f} rows): the sensor converts no faster, or the logger repeats its values. "
+                              f"This hides breakaway: log F at least every {BIN_S:g} s")
 
 
 def turn_step_s(log):

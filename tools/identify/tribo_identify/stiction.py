@@ -28,7 +28,7 @@ class Behind:
         return self.share <= LITTLE
 
     def text(self):
-        return f"F follows u both ways and turns with it: the {self.force:.2g} N by which it is behind at {self.rate:.3g} N/s are a lag of {1e3 * self.force / self.rate:.2g} ms"
+        return f"F follows u both ways and turns with it: the {self.force:.2g} N by which it is behind at {self.rate:.3g} N/s come from a lag of {1e3 * self.force / self.rate:.2g} ms"
 
 
 def _played(u, h, friction, slope, lag, start):

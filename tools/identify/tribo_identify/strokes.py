@@ -121,7 +121,7 @@ def _steady(strokes, segments):
 def levels_of(file, segments):
     strokes = _steady([(number, first, last, way, float(np.mean(s.u[first:last]))) for number, s in enumerate(segments) for first, last, way in strokes_of(s)], segments)
     if len({way for *_, way, _ in strokes}) < 2:
-        raise Refusal("one direction", f"{file}: one direction only: friction is half the difference of both")
+        raise Refusal("one direction", f"{file}: one direction only: friction is half the difference between the directions")
     loads = plateaus(strokes)
     return [_level(file, segments, load, len(loads) > 1) for load in loads]
 
@@ -146,10 +146,10 @@ def identify(log):
         files.setdefault(s.file, []).append(s)
     levels = sorted((level for file, segments in files.items() for level in levels_of(file, segments)), key=lambda level: abs(level.load))
     if len(levels) < 4:
-        raise Refusal("few loads", f"few loads: {len(levels)}; four at least tell a line from a bend, a file each or in turn, each with two strokes each way")
+        raise Refusal("few loads", f"few loads: {len(levels)}; at least four are needed to tell a line from a bend, in one file each or in turn, with two strokes each way")
     load, friction = np.abs([v.load for v in levels]), np.array([v.friction for v in levels])
     if np.ptp(load) < 0.15 * load.max():
-        raise Refusal("few loads", f"few loads: all are within {np.ptp(load):.3g} N of each other")
+        raise Refusal("few loads", f"few loads: all are within {np.ptp(load):.3g} N of each other; they must span at least 15 % of the largest load")
     fit = scipy.stats.linregress(load, friction)
     t = scipy.stats.t.ppf(0.975, len(levels) - 2)
     # The intervals include the scatter of the repeats: each draw fits a line through levels that are drawn again from their own pairs.
