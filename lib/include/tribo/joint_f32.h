@@ -157,12 +157,12 @@ struct tribo_joint_f32
     uint8_t                  is_off;         ///< q is away from a resting q_ref
     int8_t                   sign, intended; ///< sign of the term; sign of the last motion of q_ref
     uint32_t                 still;          ///< ticks since q_ref moved, up to rest_ticks
-    uint32_t                 idle;           ///< ticks in which the loop is off or the encoder fails
-    float                    q_ref, q;       ///< in the last tick
-    float                    slack, astray;  ///< q_ref in a play of half a travel; motion away from q_ref
-    float                    share;          ///< part of the term that the guard lets through
-    float level, term, kept; ///< kept: the part of the term that your loop's integral holds after a rest
-    float load, lagged;      ///< the load you set; u behind the actuator
+    uint32_t                 alive;         ///< ticks until the term fades because the loop is off or the encoder fails
+    float                    q_ref, q;      ///< in the last tick
+    float                    slack, astray; ///< q_ref in a play of half a travel; motion away from q_ref
+    float                    share;         ///< part of the term that the guard lets through
+    float level, term, kept;                ///< kept: the part of the term that your loop's integral holds after a rest
+    float load, lagged;                     ///< the load you set; u behind the actuator
     float friction, spread,
         offset; ///< learned: half of the difference of both directions, its deviation, half of their sum
     float                   direction;                 ///< low pass of the direction of motion, -1 to 1

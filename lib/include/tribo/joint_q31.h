@@ -61,7 +61,7 @@ struct tribo_joint_q31
     uint8_t                  made, runs, learned, cause, against, turns, is_off;
     int8_t                   sign, intended;
     uint32_t                 still;
-    uint32_t                 idle; ///< ticks in which the loop is off or the encoder fails
+    uint32_t                 alive; ///< ticks until the term fades because the loop is off or the encoder fails
     int32_t                  q_ref, q, slack, astray;
     uint32_t                 share; ///< Q32
     int32_t                  level, term, kept, load, lagged, friction, spread, offset;

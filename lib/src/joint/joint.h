@@ -38,17 +38,16 @@ static void trip(joint_t *x, tribo_joint_cause_t cause)
     }
 }
 
-/// Counts the ticks in which the loop does nothing although the joint is away from q_ref: it is off. An effort ends
-/// that, and so does a hand, for which q_ref is q.
-static void count_idle(joint_t *x, force_t effort, way_t off)
+/// Notes whether the loop is on: away from q_ref it would have an effort. A hand that leads, with q as q_ref, needs none.
+static void note_loop(joint_t *x, force_t effort, way_t off)
 {
     if (effort != 0 || off == 0)
     {
-        x->idle = 0;
+        x->alive = x->params.rest_ticks;
     }
-    else if (way_beyond(off, JOINT_DEADBAND * x->params.half))
+    else if (x->alive > 0u && way_beyond(off, JOINT_DEADBAND * x->params.half))
     {
-        count_one(&x->idle);
+        x->alive--;
     }
 }
 
@@ -224,12 +223,16 @@ static force_t wanted_term(const joint_t *x, force_t effort)
     const force_t full = faded_by(x->level, x->share);
     force_t       size = halved(full, x->turns > 1u ? x->turns - 1u : 0u);
     force_t       less = within_of(x->kept, 0, size);
-    if (x->idle >= x->params.rest_ticks || (effort == 0 && x->still == x->params.rest_ticks))
+    if (x->alive == 0u)
     {
         return 0;
     }
     if (x->still == x->params.rest_ticks)
     {
+        if (effort == 0)
+        {
+            return 0;
+        }
         const force_t wound  = minus(effort, x->offset);
         const force_t toward = x->sign < 0 ? minus(0, wound) : wound;
         const force_t most   = within_of(toward, 0, size / JOINT_SUPPORT) * JOINT_SUPPORT;
@@ -288,7 +291,7 @@ force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t 
             joint->q_ref = q_ref;
             joint->q     = q;
         }
-        const way_t intended = way_within(way_between(q_ref, joint->q_ref), joint->params.fastest); // also a step
+        const way_t intended = way_between(q_ref, joint->q_ref); // of any size: a step is an intention as well
         const way_t measured = motion(joint, q, joint->q);
         const way_t off      = way_between(q_ref, q);
         joint->q_ref         = q_ref;
@@ -296,11 +299,11 @@ force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t 
         direct(joint, intended, off, sound);
         guard(joint, intended, measured, off);
         slide_on(joint, intended, measured, off);
-        count_idle(joint, sound, off);
+        note_loop(joint, sound, off);
     }
-    else
+    else if (joint->alive > 0u)
     {
-        count_one(&joint->idle);
+        joint->alive--;
     }
     const force_t most = joint->params.effort_max;
     const long_t  sum  = (long_t)sound + joint->load + term_of(joint, sound);

@@ -113,7 +113,8 @@ tribo_status_t tribo_joint_f32_init(tribo_joint_f32_t *joint, const tribo_joint_
                                                     .made     = 1,
                                                     .share    = 1.0f,
                                                     .friction = config->breakaway,
-                                                    .still    = (uint32_t)rates.rest_ticks};
+                                                    .still    = (uint32_t)rates.rest_ticks,
+                                                    .alive    = (uint32_t)rates.rest_ticks};
     return TRIBO_OK;
 }
 

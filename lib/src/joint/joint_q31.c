@@ -145,7 +145,8 @@ tribo_status_t tribo_joint_q31_init(tribo_joint_q31_t *joint, const tribo_joint_
                                                     .made     = 1,
                                                     .share    = ALL,
                                                     .friction = fixed_force(config->breakaway, config->effort_max),
-                                                    .still    = (uint32_t)rates.rest_ticks};
+                                                    .still    = (uint32_t)rates.rest_ticks,
+                                                    .alive    = (uint32_t)rates.rest_ticks};
     return TRIBO_OK;
 }
 
