@@ -19,7 +19,7 @@ import way
 
 from tribo_identify import accept, bins
 from tribo_identify.plan import POLE, Plan
-from tribo_rig import experiments, loop
+from tribo_rig import cli, experiments, loop
 from tribo_rig import rig as rigs
 
 ROOT = foreign.ROOT
@@ -299,7 +299,9 @@ SPOILT = {
     "sound": (lambda log: log, 0, "Play"),
     "late": (lambda log: np.r_[np.c_[np.arange(500) * 1e-3, np.zeros((500, 2))], log + [0.5, 0, 0]], 0, "Play"),
     "turned": (lambda log: log * [1, 1, -1], 3, "F falls where u rises"),
-    "in mN": (lambda log: log * [1, 1, 1000], 3, "units"),
+    "in mN": (lambda log: log * [1, 1, 1000], 3, "one of them is not in N (log.units: {F: mN}, or a factor: log.scales: {F: 0.0013} makes their ranges equal)"),
+    "in kN": (lambda log: log * [1, 1, 0.001], 3, "(log.units: {F: kN}, or a factor: log.scales: {F: "),
+    "of two stamps": (lambda log: log[np.r_[:500, 499 : len(log)]], 2, "(log.resample: yes repairs this)"),
     "ten times": (lambda log: log * [1, 1, 10], 3, "a newton of command makes 10 N"),
     "other command": (lambda log: log * [1, 0.5, 1], 2, "u is 0.5 times that of 1-ramp.csv in all rows"),
     "in ampere": (lambda log: log * [1, 0.05, 1], 2, "set log.scales: {u: 20} if the drive got the commands of the file"),
@@ -328,6 +330,21 @@ def test_a_command_that_is_logged_in_ampere_is_read_as_advised(ramp, tmp_path):
     np.savetxt(tmp_path / "1-ramp-log.csv", log * [1, 0.05, 1], delimiter=",", header="t_s,u_N,F_N", comments="", fmt="%.7g")
     code, said = way.call(tmp_path)
     assert code == 0 and "2-slides.csv" in said, said
+
+
+def test_a_force_in_mN_is_read_as_advised(ramp, tmp_path):
+    text, log = ramp
+    (tmp_path / "rig.yaml").write_text(text + "log: {units: {F: mN}}\n")
+    np.savetxt(tmp_path / "1-ramp-log.csv", log * [1, 1, 1000], delimiter=",", header="t_s,u_N,F_N", comments="", fmt="%.7g")
+    code, said = way.call(tmp_path)
+    assert code == 0 and "2-slides.csv" in said, said
+
+
+@pytest.mark.parametrize("option, key", [("(--unit F=mN, or", "(log.units: {F: mN}, or"), ("--unit u=mN", "log.units: {F: kN}"), ("--scale u=8e+02 makes", "log.scales: {F: 0.0013} makes"), ("--unit F=N m --scale F=NEWTON", "log.units: {F: N m} log.scales: {F: NEWTON}"),
+                                         ("(--scale u=- or --scale F=-)", "(command_per_N with the other sign or log.scales: {F: -1})"), ("--scale F=-0.5)", "log.scales: {F: -0.5})"),
+                                         ("(--resample=0.001)", "(log.resample: yes)"), ("(--column F=...)", "(log.columns: {F: ...})")])
+def test_advice_names_what_the_rigs_file_has(option, key):
+    assert cli.in_yaml(option) == key
 
 
 def test_a_unit_in_the_log_that_nobody_said_is_named_as_rig_yaml_has_it(ramp, tmp_path):

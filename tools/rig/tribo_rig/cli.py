@@ -19,14 +19,40 @@ import hashlib
 import re
 from pathlib import Path
 
-from tribo_design.errors import InputError, run_command
+from tribo_design.errors import DesignError, InputError, run_command
 from tribo_plot.version import add_option
 
 NAMES = ("report.html", "loop.yaml", "*_params.h", "registers.txt", "verdict.json")
 
 
+# Options of tribo-identify and tribo-sim, as rig.yaml and joint.yaml have them. u has been compared with the command that was played, so only F can be in another unit.
+WORDS = (
+    (r"--unit u=mN", r"log.units: {F: kN}"),
+    (r"--scale u=([\d.e+-]+) makes", lambda found: f"log.scales: {{F: {1 / float(found[1]):.2g}}} makes"),
+    (r"--scale u=-(?![\d.])", r"command_per_N with the other sign"),
+    (r"--scale (\w)=-(?![\d.])", r"log.scales: {\1: -1}"),
+    (r"--(unit|scale|column) (\w)=(m?N m|[^\s,;)]+)", r"log.\1s: {\2: \3}"),
+    (r"--resample(=[\d.]+)?", r"log.resample: yes"),
+)
+
+
+def in_yaml(text):
+    for option, key in WORDS:
+        text = re.sub(option, key, text)
+    return text
+
+
 def main(argv=None):
-    return run_command("tribo-rig", _run, argv)
+    return run_command("tribo-rig", _advised, argv)
+
+
+def _advised(argv):
+    """Errors of tribo-identify and tribo-sim advise options that this program does not have."""
+    try:
+        return _run(argv)
+    except DesignError as error:
+        error.args = (in_yaml(str(error)), *error.args[1:])
+        raise
 
 
 def _run(argv):
@@ -104,8 +130,4 @@ def _log(folder, made, rig, what):
         _say(f"Play {played} as the command, one row every {rig.sample_time_s:g} s for {made.time[-1]:.0f} s: {min(made.u):.3g} to {max(made.u):.3g} N. {what}",
              f"Save the log (time, command, force; one row per tick) as {path}, then run: tribo-rig {folder}")
         return None
-    try:
-        log = logs.read([path], rig.words())
-    except InputError as error:
-        raise InputError(re.sub(r"--(unit|scale) (\w)=([^\s,]+)", r"log.\1s: {\2: \3}", str(error))) from None
-    return experiments.aligned(log, made, path)
+    return experiments.aligned(logs.read([path], rig.words()), made, path)
