@@ -3,7 +3,7 @@
 //
 //     joints SEED FOLDER [FAULT]    writes sine-log.csv and steps-log.csv, and the truth as JSON to stdout
 //
-// FAULT: sign, units (u in thousandths), still, oneway, none (no friction), hand, saturated, exchanged (u and q), coarse (encoder), late (a log without its second half).
+// FAULT: sign, units (u in thousandths), still, oneway, none (no friction), hand, saturated, exchanged (u and q), coarse (encoder), jumps (steps without a ramp, so that u reaches its limit), late (a log without its second half).
 
 #include <math.h>
 #include <stdint.h>
@@ -140,7 +140,7 @@ static void move(const joint_t *j, state_t *x, double u, double outer, double dt
     x->q += x->v * dt;
 }
 
-static double asked(const joint_t *j, int is_steps, double t)
+static double asked(const joint_t *j, int is_steps, int is_jump, double t)
 {
     if (!is_steps)
     {
@@ -150,7 +150,7 @@ static double asked(const joint_t *j, int is_steps, double t)
     static const double levels[] = {0.0, 0.5, 1.0, 0.6, 0.9, 0.3, 0.7, 0.1, 0.4, 0.0};
     const double        each     = fmax(1.2, 0.5 * j->period);
     const int           at       = (int)(t / each);
-    const double        s        = fmin(1.0, (t - at * each) / (0.4 * each));
+    const double        s        = is_jump ? 1.0 : fmin(1.0, (t - at * each) / (0.4 * each));
     const double        from     = levels[at % 10];
     const double        to       = levels[(at + 1) % 10];
     return j->stroke * (from + (to - from) * s * s * (3.0 - 2.0 * s));
@@ -184,7 +184,7 @@ static void play(const joint_t *j, int is_steps, const char *path, const char *f
     for (long k = 0; k < ticks; k++)
     {
         const double t      = k * j->h;
-        double       wanted = strcmp(fault, "still") == 0 ? 0.0 : asked(j, is_steps, t);
+        double       wanted = strcmp(fault, "still") == 0 ? 0.0 : asked(j, is_steps, strcmp(fault, "jumps") == 0, t);
         if (strcmp(fault, "oneway") == 0)
         {
             wanted = 0.2 * t;

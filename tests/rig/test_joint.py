@@ -11,6 +11,8 @@ import pytest
 import ruamel.yaml as yaml
 
 import tribo
+from tribo_identify.refusal import Refusal
+from tribo_rig import joint as way
 from tribo_rig import slip
 
 SEEDS = range(3001, 3013)  # three of each law
@@ -50,6 +52,36 @@ def test_other_readings_of_the_same_joint_say_the_same(name, tmp_path):
         result = slip.identify([replace(s, **change(s)) for s in joints.logs_in(tmp_path)], 1.2 * truth["u_max"])
         error, half = joints.compared(truth, result)["friction"]
         assert abs(error) < half < 0.1, (seed, error, half)
+
+
+def test_strokes_at_the_limit_of_effort_are_left_out(tmp_path):
+    for seed in (1, 24):
+        truth, result = joints.found(seed, "jumps")
+        error, half = joints.compared(truth, result)["friction"]
+        assert abs(error) < half < 0.02 and result.limited >= 10, (seed, error, half)
+        assert f"left out: {result.limited} strokes in which the effort reaches effort_max" in way.lines_of(result)
+    truth = joints.play(24, tmp_path, "jumps")
+    with pytest.raises(Refusal, match="u reaches effort_max, 12.95, in 16 strokes.*Play smaller or slower steps") as refused:
+        slip.identify([s for s in joints.logs_in(tmp_path) if "steps" in s.file], truth["u_max"])
+    assert refused.value.cause == "saturated" and "steps with a second of rest after each, of a tenth of that range" in way.PLAY
+
+
+@pytest.mark.parametrize("name, change", [("absolute", np.abs), ("never below", lambda u: np.maximum(u, 0)), ("never above", lambda u: np.minimum(u, 0))])
+def test_an_effort_that_has_lost_its_sign_is_refused(name, change, tmp_path):
+    for seed in (1, 24):
+        truth = joints.play(seed, tmp_path)
+        with pytest.raises(Refusal, match="its sign was lost") as refused:
+            slip.identify([replace(s, u=change(s.u)) for s in joints.logs_in(tmp_path)], truth["u_max"])
+        assert refused.value.cause == "sign", name
+
+
+def test_an_effort_of_one_sign_that_carries_a_load_is_read(tmp_path):
+    truth = joints.play(24, tmp_path)
+    for side in (1, -1):
+        logs = [replace(s, u=s.u + 1.05 * side * np.max(np.abs(s.u))) for s in joints.logs_in(tmp_path)]
+        assert all(np.all(side * s.u > 0) for s in logs)
+        error, half = joints.compared(truth, slip.identify(logs, 3 * truth["u_max"]))["friction"]
+        assert abs(error) < half < 0.02
 
 
 def test_a_loop_that_rattles_is_named():

@@ -18,7 +18,8 @@ NAMES = ("config.yaml", "*_joint.h", "main.c", "Makefile", "verdict.json", "repo
 COLUMNS = {"t": "t_s", "u": "effort", "q": "position"}
 ROLES = {"t": "t", "u": "u", "q": "x"}  # of tribo-sim log
 PLAY = ("Swing the joint under your own position loop, at working load, and record time, effort (the loop's output) and position at each tick: a sine through its working range, six swings "
-        "at working speed and four at half of it; then twenty position steps with a second of rest after each. Keep a hand on the emergency stop.")
+        "at working speed and four at half of it; then twenty position steps with a second of rest after each, of a tenth of that range, or less if the effort reaches its limit. "
+        "Keep a hand on the emergency stop.")
 
 
 class Log(Strict):
@@ -31,7 +32,7 @@ class Log(Strict):
 
     def words(self):
         words = [w for role, name in (COLUMNS | self.columns).items() for w in ("--column", f"{ROLES[role]}={name}")]
-        words += ["--unit", "x=deg", *(w for role, unit in self.units.items() for w in ("--unit", f"{role}={unit}"))]
+        words += ["--unit", "u=N", "--unit", "x=deg", *(w for role, unit in self.units.items() for w in ("--unit", f"{role}={unit}"))]
         words += [w for role, scale in self.scales.items() for w in ("--scale", f"{ROLES[role]}={scale:.12g}")]
         return words + (["--resample"] if self.resample else [])
 
@@ -101,6 +102,8 @@ def lines_of(found):
              "to start: not found. The logs have too few rests that end slowly, or the joint yields before it slides"]
     if found.fall:
         lines.append(f"friction falls with speed: it is {100 * found.fall:.2g} % larger as the speed goes to 0")
+    if found.limited:
+        lines.append(f"left out: {found.limited} strokes in which the effort reaches effort_max")
     return [*lines, f"from {found.strokes} strokes and {found.starts} slow starts; no friction law explains {found.left:.2g} rms. Intervals are 95 %"]
 
 
@@ -120,7 +123,7 @@ def files_of(joint, found, lines, digest):
     config, name = config_of(joint, found), joint.name
     head = f"by tribo-rig from logs of SHA-256 {digest[:16]}"
     numbers = {key: None if (e := getattr(found, key)) is None else {"value": e.value, "half": e.half} for key in ("friction", "viscous", "slope", "breakaway")}
-    numbers |= {key: getattr(found, key) for key in ("level", "load", "fall", "travel", "left", "strokes", "starts")}
+    numbers |= {key: getattr(found, key) for key in ("level", "load", "fall", "travel", "left", "strokes", "starts", "limited")}
     return {"config.yaml": f"# The joint for tribo.Joint(**config), {head}\n{yaml_text(config)}".encode(),
             f"{name}_joint.h": _header(joint, config, lines, head).encode(), "main.c": _main(joint).encode(), "Makefile": MAKEFILE.replace("NAME", name).encode(),
             "verdict.json": (json.dumps(numbers, indent=1) + "\n").encode(), "report.html": _report(joint, found, lines).encode()}

@@ -37,6 +37,7 @@ RATTLES = 0.4  # of the friction, from tick to tick
 NOTHING = 2.0  # likewise: there is no friction to speak of
 BEYOND = 1.1  # of effort_max: u is something else
 LIMIT, LIMITED = 0.98, 0.1  # of effort_max; part of the rows that may be there
+NEAR_0, FOLDED = 0.02, 0.8  # of the largest effort; part of the strokes in which u of one sign comes so near to 0
 KNEES = (0.03, 0.06, 0.12, 0.25)  # of the largest speed
 
 
@@ -83,6 +84,7 @@ class Found:
     left: float  # rms that no law of friction explains
     strokes: int
     starts: int
+    limited: int  # strokes left out, because u reaches its limit
     rows: tuple = field(repr=False, default=())  # speed and friction, for the picture
 
 
@@ -273,8 +275,11 @@ def with_interval(index, fit, others, floor):
     return Estimate(value, float(np.sqrt((student.ppf(0.975, fit.dof) * fit.errors[index]) ** 2 + spread**2 + floor**2)))
 
 
-def _refuse(cause, text):
-    raise Refusal(cause, text)
+def _refuse(cause, text, is_sure=False):
+    """If it is sure, exchanged columns are no cause."""
+    refusal = Refusal(cause, text)
+    refusal.is_sure = is_sure
+    raise refusal
 
 
 def _refuse_limited(s, effort_max):
@@ -286,21 +291,45 @@ def _refuse_limited(s, effort_max):
         _refuse("saturated", f"{s.file}: u is at effort_max, {effort_max:.4g}, in {100 * share:.2g} % of the rows, so the joint cannot follow. Move it more slowly, or with less load")
 
 
-def _strokes(logs, travel):
+def _within_limits(logs, strokes, effort_max):
+    """Returns the strokes in which u stays below its limit, and the number of the others: their jumps of u and of acceleration are too fast for the windows."""
+    kept = [stroke for stroke in strokes if np.max(np.abs(logs[stroke.log].u[stroke.first : stroke.last + 1])) <= LIMIT * effort_max]
+    return kept, len(strokes) - len(kept)
+
+
+def _refuse_one_sign(s, strokes):
+    """u of one sign may carry a load; but one that comes to 0 in nearly each stroke and never beyond is an absolute value, or is cut off there."""
+    if len(strokes) < 2 * STROKES_MIN:
+        return
+    u = s.u[strokes[0].first : strokes[-1].last + 1]
+    near = NEAR_0 * np.max(np.abs(u))
+    touches = np.mean([np.min(np.abs(s.u[stroke.first : stroke.last + 1])) < near for stroke in strokes])
+    if (np.min(u) >= 0 or np.max(u) <= 0) and touches > FOLDED:
+        _refuse("sign", f"{s.file}: u is never {'below' if np.min(u) >= 0 else 'above'} 0, and comes to 0 in {100 * touches:.0f} % of the strokes: its sign was lost (an absolute value, an unsigned number, "
+                        "or a limit at 0); log it with its sign")
+
+
+def _strokes(logs, travel, effort_max):
     for s in logs:
         if not np.ptp(s.u) > 0:
             _refuse("silent", f"{s.file}: u does not change: it must be the output of your loop (log.columns.u)")
         if not np.ptp(s.q) > 0:
             _refuse("silent", f"{s.file}: q does not change: the joint did not move, or q is another column (log.columns.q)")
     strokes = [stroke for number, s in enumerate(logs) for stroke in strokes_of(s.q, travel, number)]
+    for number, s in enumerate(logs):
+        _refuse_one_sign(s, [stroke for stroke in strokes if stroke.log == number])
+    strokes, limited = _within_limits(logs, strokes, effort_max)
     ways = [sum(stroke.way == way for stroke in strokes) for way in (1, -1)]
+    if min(ways) < STROKES_MIN <= min(ways) + limited:
+        _refuse("saturated", f"u reaches effort_max, {effort_max:.4g}, in {limited} strokes, so the joint cannot follow, and only {ways[0]} strokes up and {ways[1]} down are without that; "
+                             f"{STROKES_MIN} each way are needed. Play smaller or slower steps", is_sure=True)
     if min(ways) < STROKES_MIN:
         longest = max(float(np.ptp(s.q)) for s in logs)
         if longest < TRAVELS_MIN * travel:
             _refuse("few loads", f"the joint moves by {longest:.4g}, and {travel:.4g} is the least motion above noise: it must move by {TRAVELS_MIN} times that, {TRAVELS_MIN * travel:.4g}, "
                                  "each way. Play larger strokes")
         _refuse("one direction", f"there are {ways[0]} strokes up and {ways[1]} down, of {TRAVELS_MIN * travel:.4g} or more; {STROKES_MIN} each way are needed. Swing the joint back and forth")
-    return strokes
+    return strokes, limited
 
 
 def identify(logs, effort_max, travel=0.0):
@@ -308,7 +337,7 @@ def identify(logs, effort_max, travel=0.0):
     try:
         return _identify(logs, effort_max, travel)
     except Refusal as refusal:
-        if refusal.cause in ("sign", "model", "no stiction", "few loads", "units", "saturated"):
+        if refusal.cause in ("sign", "model", "no stiction", "few loads", "units", "saturated") and not refusal.is_sure:
             _refuse_exchanged(logs)
         raise
 
@@ -326,7 +355,7 @@ def _identify(logs, effort_max, travel):
         _refuse_limited(s, effort_max)
     count = max(quantum(s.q) for s in logs)
     travel = travel or 4 * count
-    strokes = _strokes(logs, travel)
+    strokes, limited = _strokes(logs, travel, effort_max)
     rows = rows_of(logs, strokes, WINDOW_PART)
     if rows is None or len(np.unique(rows.cluster)) < 2 * STROKES_MIN or any(np.sum(rows.way == way) < 10 for way in (1, -1)):
         _refuse("few loads", "the strokes have too few rows in which the joint slides evenly: record at a higher rate, or move it more slowly and further")
@@ -347,7 +376,7 @@ def _identify(logs, effort_max, travel):
 
     starts = starts_of(logs, [stroke for stroke in strokes if stroke.log in frames], fit_at, level, count)
     fall = float(fit.values[-1] / level) if shape.knee else 0.0
-    return Found(friction, viscous, slope, shape.hidden, _breakaway(starts, level), fall, load, level, travel, left, len(np.unique(rows.cluster)), len(starts),
+    return Found(friction, viscous, slope, shape.hidden, _breakaway(starts, level), fall, load, level, travel, left, len(np.unique(rows.cluster)), len(starts), limited,
                  (rows.v, rows.way * (rows.u - fit.loads[0])))
 
 
