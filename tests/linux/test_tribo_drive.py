@@ -475,6 +475,13 @@ def test_the_unit_is_exposed_by_4_at_most(tmp_path):
     assert "\nUser=tribo\n" in unit.read_text() and "\nu tribo " in (PI.parent / "tribo.sysusers").read_text()
 
 
+@pytest.mark.parametrize("words", [["--keys"], ["rig.yaml", "--check"]])
+def test_output_that_cannot_be_written_is_an_error(drive, words):
+    with open("/dev/full", "w", encoding="ascii") as full:
+        run = subprocess.run([drive.program, *words], cwd=drive.folder, stdout=full, stderr=subprocess.PIPE, text=True, timeout=600, check=False)
+    assert run.returncode == 1 and run.stderr.endswith("tribo-desk: standard output: cannot be written: No space left on device\n")
+
+
 def test_the_table_of_keys_says_what_each_is(drive):
     header, _, *lines = drive.run("--keys").stdout.splitlines()
     rows = re.findall(r"^\| `([^`]+)` \| [^|]+ \| [^|]+ \| [^|]+ \| (?:[^|]|\\\|){3,} \|$", "\n".join(lines), re.M)

@@ -19,6 +19,7 @@
 #include "loop/reference.h"
 #include "support/data_path.h"
 #include "support/number.h"
+#include "support/output_file.h"
 #include "tribo/status.h"
 
 #include <argp.h>
@@ -872,6 +873,18 @@ static int open_and_run(program_t *program, const common_sources_t *sources, com
     return status;
 }
 
+/// Writes out standard output. Returns the exit status: the given one, or EXIT_SETUP if output is lost.
+static int finish(int status)
+{
+    common_error_t error = {""};
+    if (status != EXIT_OK || common_output_flush(&error))
+    {
+        return status;
+    }
+    (void)fprintf(stderr, "%s: %s\n", program_invocation_short_name, error.text);
+    return EXIT_SETUP;
+}
+
 int program_run(int count, char **arguments, const desk_t *desk)
 {
     static program_t         program;
@@ -892,7 +905,7 @@ int program_run(int count, char **arguments, const desk_t *desk)
     if (options.keys)
     {
         rig_print_keys();
-        return EXIT_OK;
+        return finish(EXIT_OK);
     }
     common_sources_t sources = {.count = 0};
     common_error_t   error   = {""};
@@ -909,5 +922,5 @@ int program_run(int count, char **arguments, const desk_t *desk)
     common_reference_free(&program.reference);
     common_scenario_destroy(program.scenario);
     common_sources_free(&sources);
-    return status >= 0 ? status : EXIT_SETUP;
+    return status >= 0 ? finish(status) : EXIT_SETUP;
 }
