@@ -226,4 +226,4 @@ def test_unknown_target_and_arithmetic_are_usage_errors(sim):
     for arguments in (["--target", "m5"], ["--target", "m4f", "--arith", "f64"]):
         result = sim("triangle", *arguments)
         assert result.returncode == 2
-        assert "there are" in result.stderr
+        assert "must be one of" in result.stderr
