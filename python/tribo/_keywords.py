@@ -31,6 +31,8 @@ class RunKeys(TypedDict, total=False):
     input_max_N: float
     jump_lead: float
     jump_time_s: float
+    ki_per_s: float
+    kp: float
     length_deg: float
     low_N: float
     memory_s: float
