@@ -438,7 +438,7 @@ static void test_loop_with_a_pi_by_gains_is_the_loop_with_its_section(void)
     } gains[] = {{0.5f, 27.0f}, {2.0f, 0.5f}, {0.3f, 600.0f}};
     for (size_t i = 0; i < sizeof gains / sizeof gains[0]; i++)
     {
-        const tribo_biquad_f32_section_t section = section_of_pi(gains[i].kp, gains[i].ki_per_s);
+        const tribo_biquad_f32_section_t section = section_of_pi((double)gains[i].kp, (double)gains[i].ki_per_s);
 
         config                          = tribo_force_loop_f32_paper();
         config.controller.sections      = &section;

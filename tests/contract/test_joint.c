@@ -590,7 +590,7 @@ static void test_a_dead_encoder_takes_the_term_away(void)
     const double q = moving_term();
     for (int k = 0; k < 600; k++)
     {
-        const double u = step(0.02, q + 20.0 + 4.0 * k, NAN);
+        const double u = step(0.02, q + 20.0 + 4.0 * k, (double)NAN);
         TEST_ASSERT_TRUE(k > 20 || u - 0.02 > 0.5 * FRICTION); // a glitch does not
         TEST_ASSERT_TRUE(k < 400 || fabs(u - 0.02) < 1e-6);
     }
