@@ -163,4 +163,4 @@ def test_a_sensor_in_steps_goes_the_whole_way(tmp_path):
     factor, (likely, least, most) = lab.played(verdicts, folder)
     assert least <= factor <= most and abs(likely / factor - 1) < 0.1 and most < 1.6 * least
     assert {case: not against for case, (_, _, against) in verdicts.items()} == {case: takes for case, (_, takes) in lab.OTHERS.items()}
-    assert "u: the log has 0.05 for a newton" in verdicts["logged in the drive's unit"][1][0]
+    assert "u: the log has 0.05 of the drive's units per newton of the loop's u" in verdicts["logged in the drive's unit"][1][0]
