@@ -36,31 +36,25 @@ static double *put_friction(const native_part_t *part, const TRIBO(friction, sig
 
 static void tick_loop(native_part_t *part, const double *in, double *out, bool all)
 {
-    if (!all)
-    {
-        TRIBO_PART(sim_loop, t) *loop = IN(part);
-        out[0]                        = n_of(
-            part,
-            TRIBO(force_loop, step)(&loop->params, &loop->state, force_of(part, in[0]), force_of(part, in[1]), NULL));
-        (void)TRIBO(feedforward, learn)(&loop->params, &loop->memory);
-        return;
-    }
-    // As a run has them.
     tribo_force_loop_f32_signals_t      seen;
     const tribo_friction_f32_signals_t *friction = &seen.compensator.friction;
     *out++                                       = sim_loop_step(&part->loop, in[0], in[1], &seen);
-    *out++                                       = (double)seen.e_n;
-    *out++                                       = (double)seen.controller.v_n;
-    *out++                                       = (double)seen.friction_term_n;
-    *out++                                       = seen.controller.limited;
-    *out++                                       = (double)seen.compensator.force_n;
-    *out++                                       = (double)friction->n_n;
-    *out++                                       = (double)friction->L_n;
-    *out++                                       = (double)friction->v_n_per_s;
-    *out++                                       = (friction->relays & TRIBO_RELAY_Q1) != 0u;
-    *out++                                       = (friction->relays & TRIBO_RELAY_Q2) != 0u;
-    *out++                                       = (friction->relays & TRIBO_RELAY_Q) != 0u;
-    *out++                                       = (double)friction->f_n;
+    if (!all)
+    {
+        return;
+    }
+    *out++ = (double)seen.e_n;
+    *out++ = (double)seen.controller.v_n;
+    *out++ = (double)seen.friction_term_n;
+    *out++ = seen.controller.limited;
+    *out++ = (double)seen.compensator.force_n;
+    *out++ = (double)friction->n_n;
+    *out++ = (double)friction->L_n;
+    *out++ = (double)friction->v_n_per_s;
+    *out++ = (friction->relays & TRIBO_RELAY_Q1) != 0u;
+    *out++ = (friction->relays & TRIBO_RELAY_Q2) != 0u;
+    *out++ = (friction->relays & TRIBO_RELAY_Q) != 0u;
+    *out++ = (double)friction->f_n;
 }
 
 static void tick_friction(native_part_t *part, const double *in, double *out, bool all)
