@@ -2,6 +2,7 @@
 
 #include "../number/ranges.h"
 #include "law_f32.h"
+#include "refuse_point.h"
 
 #include <stddef.h>
 

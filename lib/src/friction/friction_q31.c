@@ -6,6 +6,7 @@
 #include "../number/ranges.h"
 #include "law_f32.h"
 #include "law_q31.h"
+#include "refuse_point.h"
 
 #include <stddef.h>
 
