@@ -28,15 +28,13 @@ void status_refusal(unsigned command, uint32_t state, uint32_t fault, char reaso
 {
     const bool  runs = state == DRIVE_RUN || state == DRIVE_STARTING;
     const char *way  = "; the state may have changed meanwhile: look at tribo-link status";
-    if (runs)
-    {
-        way = command == REGISTERS_START         ? " already"
-              : command == REGISTERS_ACKNOWLEDGE ? ", not in fault: nothing is to be acknowledged"
-                                                 : ": tribo-link stop ends that, then try again";
-    }
-    else if (state == DRIVE_IDLE && command == REGISTERS_ACKNOWLEDGE)
+    if (command == REGISTERS_ACKNOWLEDGE && (runs || state == DRIVE_IDLE))
     {
         way = ", not in fault: nothing is to be acknowledged";
+    }
+    else if (runs)
+    {
+        way = command == REGISTERS_START ? " already" : ": tribo-link stop ends that, then try again";
     }
     else if (state == DRIVE_FAULT)
     {
