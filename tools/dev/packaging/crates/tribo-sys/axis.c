@@ -13,11 +13,6 @@
 _Static_assert(sizeof(movable_axis_t) <= AXIS_BYTES, "an axis in src/lib.rs is too small");
 _Static_assert(_Alignof(movable_axis_t) <= 8, "an axis in src/lib.rs is not aligned enough");
 
-typedef struct
-{
-    float b0, b1, b2, a1, a2;
-} section_t;
-
 /// Kinds of tribo_controller_kind_t, and one more.
 enum
 {
@@ -26,10 +21,10 @@ enum
 
 typedef struct
 {
-    int32_t   kind;
-    float     kp, ki_per_s;
-    uint32_t  section_count;
-    section_t sections[TRIBO_BIQUAD_SECTIONS_MAX];
+    int32_t                    kind;
+    float                      kp, ki_per_s;
+    uint32_t                   section_count;
+    tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_SECTIONS_MAX];
 } controller_t;
 
 typedef struct
@@ -47,13 +42,6 @@ typedef struct
     uint32_t bad_inputs, limited_ticks, forgotten, late, warnings;
 } axis_report_t;
 
-/// A config with room for its sections.
-typedef struct
-{
-    tribo_axis_f32_config_t    config;
-    tribo_biquad_f32_section_t sections[TRIBO_BIQUAD_SECTIONS_MAX];
-} expanded_t;
-
 int32_t         SYS_AXIS(init)(movable_axis_t *axis, const axis_config_t *config, float full_scale_n);
 int32_t         SYS_AXIS(change)(movable_axis_t *axis, const axis_config_t *config);
 movable_force_t SYS_AXIS(step)(movable_axis_t *axis, movable_force_t r, movable_force_t y);
@@ -65,19 +53,14 @@ void            SYS_AXIS(restore)(movable_axis_t *axis);
 void            SYS_AXIS(export)(movable_axis_t *axis, uint8_t *bytes);
 int32_t         SYS_AXIS(import)(movable_axis_t *axis, const uint8_t *bytes, size_t size);
 
-static tribo_axis_controller_t controller_of(const controller_t *controller, tribo_biquad_f32_section_t *sections)
+static tribo_axis_controller_t controller_of(const controller_t *controller)
 {
-    for (uint32_t i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
-    {
-        const section_t *const x = &controller->sections[i];
-        sections[i]              = (tribo_biquad_f32_section_t){x->b0, x->b1, x->b2, x->a1, x->a2};
-    }
     switch (controller->kind)
     {
     case TRIBO_CONTROLLER_PI:
         return tribo_pi(controller->kp, controller->ki_per_s);
     case TRIBO_CONTROLLER_SECTIONS:
-        return tribo_sections(sections, controller->section_count);
+        return tribo_sections(controller->sections, controller->section_count);
     case TRIBO_CONTROLLER_OWN:
         return tribo_own();
     case CONTROLLER_PAPER:
@@ -87,37 +70,36 @@ static tribo_axis_controller_t controller_of(const controller_t *controller, tri
     }
 }
 
-static void expand(expanded_t *full, const axis_config_t *given)
+/// The config's sections are those of `given`.
+static tribo_axis_f32_config_t expanded(const axis_config_t *given)
 {
-    tribo_axis_f32_config_t *const config       = &full->config;
-    *config                                     = tribo_axis_f32_config();
-    config->sample_time_s                       = given->sample_time_s;
-    config->u_min_n                             = given->u_min_n;
-    config->u_max_n                             = given->u_max_n;
-    config->input_max_n                         = given->input_max_n;
-    config->usual_force_n                       = given->usual_force_n;
-    config->positive                            = (tribo_breakaway_f32_t){given->positive[0], given->positive[1]};
-    config->negative                            = (tribo_breakaway_f32_t){given->negative[0], given->negative[1]};
-    config->gravity_n                           = given->gravity_n;
-    config->arm_lag_s                           = given->arm_lag_s;
-    config->noise_n                             = given->noise_n;
-    config->feedforward.actuator_pole_rad_per_s = given->actuator_pole_rad_per_s;
-    config->feedforward.sensor_pole_rad_per_s   = given->sensor_pole_rad_per_s;
-    config->controller                          = controller_of(&given->controller, full->sections);
+    tribo_axis_f32_config_t config             = tribo_axis_f32_config();
+    config.sample_time_s                       = given->sample_time_s;
+    config.u_min_n                             = given->u_min_n;
+    config.u_max_n                             = given->u_max_n;
+    config.input_max_n                         = given->input_max_n;
+    config.usual_force_n                       = given->usual_force_n;
+    config.positive                            = (tribo_breakaway_f32_t){given->positive[0], given->positive[1]};
+    config.negative                            = (tribo_breakaway_f32_t){given->negative[0], given->negative[1]};
+    config.gravity_n                           = given->gravity_n;
+    config.arm_lag_s                           = given->arm_lag_s;
+    config.noise_n                             = given->noise_n;
+    config.feedforward.actuator_pole_rad_per_s = given->actuator_pole_rad_per_s;
+    config.feedforward.sensor_pole_rad_per_s   = given->sensor_pole_rad_per_s;
+    config.controller                          = controller_of(&given->controller);
+    return config;
 }
 
 int32_t SYS_AXIS(init)(movable_axis_t *axis, const axis_config_t *config, float full_scale_n)
 {
-    expanded_t full;
-    expand(&full, config);
-    return (int32_t)movable_axis_init(axis, &full.config, full_scale_n);
+    const tribo_axis_f32_config_t full = expanded(config);
+    return (int32_t)movable_axis_init(axis, &full, full_scale_n);
 }
 
 int32_t SYS_AXIS(change)(movable_axis_t *axis, const axis_config_t *config)
 {
-    expanded_t full;
-    expand(&full, config);
-    return (int32_t)movable_axis_change(axis, &full.config);
+    const tribo_axis_f32_config_t full = expanded(config);
+    return (int32_t)movable_axis_change(axis, &full);
 }
 
 movable_force_t SYS_AXIS(step)(movable_axis_t *axis, movable_force_t r, movable_force_t y)
