@@ -10,6 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#ifdef __linux__
+#include <sys/xattr.h>
+#endif
 #include <unistd.h>
 
 // --- signals -------------------------------------------------------------------------------------------------------
@@ -20,6 +23,9 @@ static char *volatile pending[COMMON_OUTPUT_FILES_MAX];
 static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
 
 #define ENDING (sizeof ending / sizeof ending[0])
+
+#define NAMES_SIZE 4096u  ///< of a file's extended attributes; more count as attributes to keep
+#define COPY_SIZE  65536u ///< bytes copied at a time
 
 static void remove_pending(int number)
 {
@@ -32,6 +38,17 @@ static void remove_pending(int number)
     }
     (void)signal(number, SIG_DFL);
     (void)raise(number);
+}
+
+void common_output_fill_descriptors(void)
+{
+    for (int i = STDIN_FILENO; i <= STDERR_FILENO; i++)
+    {
+        if (fcntl(i, F_GETFD) < 0)
+        {
+            (void)open("/dev/null", i == STDIN_FILENO ? O_WRONLY : O_RDONLY); // the lowest free number, which is i
+        }
+    }
 }
 
 void common_output_clean_on_signal(void)
@@ -80,6 +97,10 @@ static void forget(common_output_file_t *file)
     {
         replace_pending(file->temporary, NULL);
     }
+    if (file->is_kept)
+    {
+        (void)close(file->kept);
+    }
     free(file->path);
     free(file->temporary);
     *file = (common_output_file_t){.stream = NULL};
@@ -91,9 +112,9 @@ static bool open_nameless(common_output_file_t *file, const char *slash)
 #ifdef O_TMPFILE
     char *folder = slash != NULL ? common_text_format("%.*s", (int)(slash - file->path) + 1, file->path) : strdup(".");
     const bool can_be_named = access("/proc/self/fd", X_OK) == 0;
-    const int  descriptor = folder != NULL && can_be_named ? open(folder, O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666) : -1;
+    const int  descriptor   = folder != NULL && can_be_named ? open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0666) : -1;
     free(folder);
-    file->stream   = descriptor >= 0 ? fdopen(descriptor, "wb") : NULL;
+    file->stream   = descriptor >= 0 ? fdopen(descriptor, "w+b") : NULL;
     file->nameless = file->stream != NULL;
     if (descriptor >= 0 && !file->nameless)
     {
@@ -169,43 +190,186 @@ static char *find_place(const char *path)
     return is_link ? realpath(path, NULL) : strdup(path);
 }
 
-static bool open_place(common_output_file_t *file, const char *path)
+/// Returns the descriptor that a path such as /dev/stdout names; -1 if it names none.
+static int descriptor_of(const char *path)
+{
+    static const char *const folders[] = {"/dev/fd/", "/proc/self/fd/"};
+    static const char *const names[]   = {"/dev/stdin", "/dev/stdout", "/dev/stderr"};
+    for (int i = 0; i < 3; i++)
+    {
+        if (strcmp(path, names[i]) == 0)
+        {
+            return i;
+        }
+    }
+    for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++)
+    {
+        const size_t length = strlen(folders[i]);
+        const char  *number = path + length;
+        if (strncmp(path, folders[i], length) == 0 && *number != '\0' && strlen(number) < 6 &&
+            strspn(number, "0123456789") == strlen(number))
+        {
+            return atoi(number); // NOLINT(cert-err34-c): up to five digits
+        }
+    }
+    return -1;
+}
+
+/// Opens a copy of the descriptor, because opening its path would start at the beginning of a file that a shell appends to.
+static bool open_descriptor(common_output_file_t *file, int descriptor)
+{
+    (void)fflush(stdout);
+    const int copy = fcntl(descriptor, F_DUPFD_CLOEXEC, 3);
+    file->stream   = copy >= 0 ? fdopen(copy, "wb") : NULL;
+    if (copy >= 0 && file->stream == NULL)
+    {
+        (void)close(copy);
+    }
+    return file->stream != NULL;
+}
+
+/// Returns true if the file has attributes that a new file would not get: an access control list or the user's own.
+static bool has_attributes(const char *path)
+{
+#ifdef __linux__
+    char          names[NAMES_SIZE];
+    const ssize_t length = listxattr(path, names, sizeof names);
+    for (const char *name = names; length > 0 && name < names + length; name += strlen(name) + 1)
+    {
+        if (strncmp(name, "security.", 9) != 0) // a new file gets the label of its folder
+        {
+            return true;
+        }
+    }
+    return length < 0 && errno == ERANGE;
+#else
+    (void)path;
+    return false;
+#endif
+}
+
+/// Returns true if a new file in its place would lose more than the mode.
+static bool must_be_kept(const char *path, const struct stat *info)
+{
+    return info->st_nlink > 1 || info->st_uid != geteuid() || info->st_gid != getegid() || has_attributes(path);
+}
+
+/// Opens the existing file, which gets its new content at the commit, and a nameless file for the content until then.
+static bool open_kept(common_output_file_t *file)
+{
+    file->kept    = open(file->path, O_WRONLY | O_CLOEXEC);
+    file->is_kept = file->kept >= 0;
+    if (!file->is_kept)
+    {
+        return false;
+    }
+    if (!open_nameless(file, strrchr(file->path, '/')))
+    {
+        file->stream = tmpfile();
+    }
+    file->nameless = false;
+    return file->stream != NULL;
+}
+
+static bool open_regular(common_output_file_t *file, const struct stat *old)
+{
+    if (old != NULL && must_be_kept(file->path, old))
+    {
+        return open_kept(file);
+    }
+    if (open_next_to(file))
+    {
+        return old == NULL || fchmod(fileno(file->stream), old->st_mode & 07777u) == 0;
+    }
+    const int  cause = errno;
+    const bool is_kept =
+        old != NULL && (cause == EACCES || cause == EROFS || cause == EPERM) && access(file->path, W_OK) == 0;
+    errno = cause;
+    return is_kept && open_kept(file);
+}
+
+/// Returns null, or the reason why an existing file must not be replaced. Permissions do not bind root, but a file without
+/// any write permission is protected by somebody's intent.
+static const char *why_protected(const char *path, const struct stat *info)
+{
+    return (info->st_mode & 0222u) == 0u ? "it is read-only" : access(path, W_OK) != 0 ? strerror(errno) : NULL;
+}
+
+/// Returns null, or the reason why the file cannot be opened.
+static const char *open_place(common_output_file_t *file, const char *path)
 {
     struct stat info;
-    if (stat(path, &info) == 0 && !S_ISREG(info.st_mode))
+    const bool  exists     = stat(path, &info) == 0;
+    const int   descriptor = descriptor_of(path);
+    if (descriptor >= 0 || (exists && !S_ISREG(info.st_mode)))
     {
         // Write directly to a device or a pipe, because renaming a file over it would replace it.
         file->path   = strdup(path);
-        file->stream = (file->path != NULL) ? fopen(path, "wb") : NULL;
-        return file->stream != NULL;
+        file->stream = descriptor >= 0 || file->path == NULL ? NULL : fopen(path, "wb");
+        return file->stream != NULL || (descriptor >= 0 && file->path != NULL && open_descriptor(file, descriptor))
+                   ? NULL
+                   : strerror(errno);
+    }
+    const char *why = exists ? why_protected(path, &info) : NULL;
+    if (why != NULL)
+    {
+        return why;
     }
     file->path = find_place(path);
     // No signal may arrive between the creation of a file and its registration.
     sigset_t before;
     block_ending(&before);
-    const bool opened = file->path != NULL && open_next_to(file);
+    const bool opened = file->path != NULL && open_regular(file, exists ? &info : NULL);
     const int  cause  = errno;
     (void)sigprocmask(SIG_SETMASK, &before, NULL);
-    errno = cause;
-    return opened;
+    return opened ? NULL : strerror(cause);
+}
+
+static bool complain(const char *path, const char *why, common_error_t *error)
+{
+    return common_error_set(error, "%s: cannot be written: %s", path, why);
 }
 
 bool common_output_open(common_output_file_t *file, const char *path, common_error_t *error)
 {
-    *file = (common_output_file_t){.stream = (path == NULL) ? stdout : NULL};
-    if (path != NULL && !open_place(file, path))
+    *file           = (common_output_file_t){.stream = (path == NULL) ? stdout : NULL};
+    const char *why = (path == NULL) ? NULL : open_place(file, path);
+    if (why != NULL)
     {
-        (void)common_error_set(error, "%s: cannot be written: %s", path, strerror(errno));
+        (void)complain(path, why, error);
         common_output_discard(file, 1);
-        return false;
     }
-    return true;
+    return why == NULL;
+}
+
+bool common_output_check(const char *path, common_error_t *error)
+{
+    struct stat          info;
+    common_output_file_t file;
+    if (path == NULL || descriptor_of(path) >= 0 ||
+        (stat(path, &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)))
+    {
+        return true; // opening a pipe would wait for its reader
+    }
+    const bool ok = common_output_open(&file, path, error);
+    if (file.stream != NULL)
+    {
+        (void)fclose(file.stream);
+        file.stream = NULL;
+    }
+    common_output_discard(&file, 1);
+    return ok;
 }
 
 bool common_output_expect_none(common_output_file_t *file, const char *path, common_error_t *error)
 {
-    *file = (common_output_file_t){.path = strdup(path), .is_unwanted = true};
-    return file->path != NULL || common_error_set(error, "out of memory");
+    struct stat info;
+    const bool  exists = stat(path, &info) == 0 && S_ISREG(info.st_mode);
+    const char *why    = exists ? why_protected(path, &info) : NULL;
+    *file              = (common_output_file_t){.path = strdup(path), .is_unwanted = true};
+    return why != NULL          ? complain(path, why, error)
+           : file->path == NULL ? common_error_set(error, "out of memory")
+                                : true;
 }
 
 // --- closing -------------------------------------------------------------------------------------------------------
@@ -216,6 +380,11 @@ static bool close_stream(common_output_file_t *file)
     // After a failed write the caller makes no other call, so errno is still valid.
     bool      ok  = !ferror(file->stream) && fflush(file->stream) == 0 && (!file->nameless || give_name(file));
     const int why = errno;
+    if (file->is_kept)
+    {
+        errno = (why != 0) ? why : EIO;
+        return ok; // the commit copies from the stream
+    }
     if (file->path != NULL && fclose(file->stream) != 0 && ok)
     {
         file->stream = NULL;
@@ -226,9 +395,42 @@ static bool close_stream(common_output_file_t *file)
     return ok;
 }
 
+/// Copies the new content into the existing file. A disk without room for it leaves the old content.
+static bool copy_to_kept(const common_output_file_t *file)
+{
+    static char buffer[COPY_SIZE];
+    struct stat old, new;
+    const int   from = fileno(file->stream);
+    if (fstat(file->kept, &old) != 0 || fstat(from, &new) != 0)
+    {
+        return false;
+    }
+    const int full = new.st_size > 0 ? posix_fallocate(file->kept, 0, new.st_size) : 0;
+    if (full != 0 && full != EOPNOTSUPP && full != EINVAL)
+    {
+        (void)!ftruncate(file->kept, old.st_size);
+        errno = full;
+        return false;
+    }
+    for (off_t done = 0; done < new.st_size;)
+    {
+        const ssize_t count = pread(from, buffer, sizeof buffer, done);
+        if (count <= 0 || pwrite(file->kept, buffer, (size_t)count, done) != count)
+        {
+            return false;
+        }
+        done += count;
+    }
+    return ftruncate(file->kept, new.st_size) == 0;
+}
+
 static bool put_in_place(const common_output_file_t *file)
 {
     struct stat info;
+    if (file->is_kept)
+    {
+        return copy_to_kept(file);
+    }
     if (file->is_unwanted)
     {
         return stat(file->path, &info) != 0 || !S_ISREG(info.st_mode) || unlink(file->path) == 0;
@@ -239,15 +441,24 @@ static bool put_in_place(const common_output_file_t *file)
 /// Returns the first file that could not be put in its place; null on success.
 static const common_output_file_t *put_all_in_place(common_output_file_t *files, size_t count)
 {
-    if (count > 1 && files[count - 1].temporary != NULL)
+    const common_output_file_t *last = &files[count - 1];
+    if (count > 1 && last->temporary != NULL)
     {
-        (void)unlink(files[count - 1].path);
+        (void)unlink(last->path);
+    }
+    if (count > 1 && last->is_kept && ftruncate(last->kept, 0) != 0)
+    {
+        return last;
     }
     for (size_t i = 0; i < count; i++)
     {
         if (!put_in_place(&files[i]))
         {
             return &files[i];
+        }
+        if (files[i].is_kept)
+        {
+            (void)fclose(files[i].stream);
         }
         forget(&files[i]);
     }

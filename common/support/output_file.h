@@ -1,5 +1,7 @@
 /// Writes result files that appear complete or not at all. They are written next to their places, without a name if the system
-/// supports that and under temporary names otherwise, and then renamed together. Devices and pipes are written directly.
+/// supports that and under temporary names otherwise, and then renamed together. A file that exists keeps its mode. If it has
+/// other names, another owner or attributes, or if its folder takes no new file, it stays and gets the content at the commit.
+/// Devices, pipes and paths of descriptors (/dev/stdout) are written directly.
 
 #ifndef COMMON_OUTPUT_FILE_H
 #define COMMON_OUTPUT_FILE_H
@@ -20,10 +22,17 @@ typedef struct
     char *temporary;   ///< null: `path` is written directly
     bool  is_unwanted; ///< the commit removes `path`
     bool  nameless;    ///< the file has no name until the commit
+    bool  is_kept;     ///< the existing file `kept` gets the content at the commit
+    int   kept;
 } common_output_file_t;
 
 /// Opens a temporary file next to `path` (for a link, next to its target), or standard output if `path` is null.
+/// A file that must not be written, also one without any write permission, is an error.
 bool common_output_open(common_output_file_t *file, const char *path, common_error_t *error);
+
+/// Checks that `path` can be opened so, and leaves nothing there: called before long work whose result goes to `path`. Accepts a
+/// null path, a device or a pipe unseen.
+bool common_output_check(const char *path, common_error_t *error);
 
 /// Makes the commit remove an earlier run's file at `path`.
 bool common_output_expect_none(common_output_file_t *file, const char *path, common_error_t *error);
@@ -34,6 +43,10 @@ bool common_output_commit(common_output_file_t *files, size_t count, common_erro
 
 /// Removes uncommitted files.
 void common_output_discard(common_output_file_t *files, size_t count);
+
+/// Fills standard descriptors that the caller has closed, so that no result file gets their number and a line of a message.
+/// Reading from them or writing to them still fails. Call it first in main.
+void common_output_fill_descriptors(void);
 
 /// Makes SIGINT, SIGTERM and SIGHUP remove the temporary files before they end the program. Call it in main.
 void common_output_clean_on_signal(void);

@@ -6,11 +6,12 @@
 
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 typedef struct
 {
     const char *part, *fmi, *out; ///< null: not given
-    bool        q31;
+    bool        has_arith, q31;
 } options_t;
 
 enum
@@ -49,7 +50,8 @@ static int take(void *context, int key, const char *value)
     }
     else
     {
-        options->q31 = word == 1;
+        options->has_arith = true;
+        options->q31       = word == 1;
     }
     return word >= 0 ? 0 : SIM_EXIT_USAGE;
 }
@@ -67,6 +69,10 @@ static int run(int count, char **arguments)
     {
         return sim_usage("fmu: --part %s and --out FILE.fmu are expected",
                          options.part != NULL ? options.part : "loop");
+    }
+    if (options.has_arith && strcmp(options.part, "loop") != 0)
+    {
+        return sim_usage("fmu: --arith is the loop's, and --part %s has none", options.part);
     }
     char *const path = sim_scenario_path(scenario);
     if (path == NULL)

@@ -64,16 +64,21 @@ enum
 // clang-format off: one row an option
 static const struct argp_option options[] = {
     {.name = "keys", .key = OPTION_KEYS, .doc = "every key that a scenario can have, with its range and default"},
-    {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "the same as tables in Markdown, with units and meanings"},
+    {.name = "markdown", .key = OPTION_MARKDOWN, .doc = "these keys as tables in Markdown, with units and meanings"},
     {.name = "parameters", .key = OPTION_PARAMETERS, .doc = "every parameter of the library with its field, as tables in Markdown"},
     {.name = NULL}};
 // clang-format on
 
-/// Keeps the last option.
+/// Keeps the option. --markdown is that of --keys, with or without it.
 static int take(void *context, int key, const char *value)
 {
+    int *const what = context;
     (void)value;
-    *(int *)context = key;
+    if (*what != 0 && *what != key && (*what == OPTION_PARAMETERS || key == OPTION_PARAMETERS))
+    {
+        return sim_usage("list: --parameters goes with no other option");
+    }
+    *what = key > *what ? key : *what;
     return 0;
 }
 

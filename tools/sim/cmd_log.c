@@ -69,7 +69,8 @@ static bool convert(const options_t *options, common_error_t *error)
 {
     sim_log_t            log;
     common_output_file_t file;
-    if (!sim_log_read(&log, options->logs.paths, options->logs.count, &options->logs.options, error))
+    if (!common_output_check(options->out, error) ||
+        !sim_log_read(&log, options->logs.paths, options->logs.count, &options->logs.options, error))
     {
         return false;
     }

@@ -33,7 +33,8 @@ typedef struct
     const char           *out;    ///< null: standard output
     const char           *plot;   ///< null: none
     bool                  measured;
-    bool                  f32, q31; ///< what to run, one or both
+    bool                  f32, q31;       ///< what to run, one or both
+    bool                  has_full_scale; ///< given
     double                full_scale_n;
 } options_t;
 
@@ -77,6 +78,10 @@ static int check_results(const options_t *options)
     if (options->out != NULL && options->plot != NULL && strcmp(options->out, options->plot) == 0)
     {
         return sim_usage("replay: --out and --plot are the same file %s", options->out);
+    }
+    if (options->has_full_scale && !options->q31)
+    {
+        return sim_usage("--full-scale needs --arith q31 or both");
     }
     const int status = check_result(options, "out", options->out);
     return status != 0 ? status : check_result(options, "plot", options->plot);
@@ -162,6 +167,7 @@ static int take(void *context, int key, const char *value)
         options->q31 = word != 0;
         break;
     case OPTION_FULL_SCALE:
+        options->has_full_scale = true;
         return common_number_parse(value, &options->full_scale_n) == NULL
                    ? 0
                    : sim_usage("--full-scale %s: a number of N is expected", value);
@@ -517,7 +523,8 @@ static bool replay(options_t *options, common_error_t *error)
 {
     sim_log_t log;
     options->logs.options.wanted[SIM_LOG_F] |= options->measured || options->plot != NULL;
-    if (!sim_log_read(&log, options->logs.paths, options->logs.count, &options->logs.options, error))
+    if (!common_output_check(options->out, error) || !common_output_check(options->plot, error) ||
+        !sim_log_read(&log, options->logs.paths, options->logs.count, &options->logs.options, error))
     {
         return false;
     }

@@ -423,6 +423,10 @@ static bool simulate_and_report(const common_scenario_t *scenario, options_t *op
 {
     sim_summary_t summary;
     char         *json = NULL;
+    if (!common_output_check(options->plot, error))
+    {
+        return false;
+    }
     if (options->plot != NULL && options->folder == NULL)
     {
         options->temporary = sim_picture_folder(error);
@@ -454,20 +458,35 @@ static bool simulate_and_report(const common_scenario_t *scenario, options_t *op
     return ok && is_identical(&summary, error) && sim_run_was_controlled(scenario, &summary, error);
 }
 
+/// Refuses options that the others make useless.
+static int check_options(const options_t *options)
+{
+    const bool has_trace = options->folder != NULL || options->plot != NULL;
+    if (options->whole_plot && options->plot == NULL)
+    {
+        return sim_usage("--all needs --plot");
+    }
+    if (options->trace.every > 0u && !has_trace)
+    {
+        return sim_usage("--decimate needs --out or --plot");
+    }
+    return !options->trace.is_chosen || has_trace ? 0 : sim_usage("--columns needs --out or --plot");
+}
+
 static int run(int count, char **arguments)
 {
     options_t options = {.count = count, .arguments = arguments};
     int       status  = sim_options_parse(&sim_command_run, count, arguments, &options, &options.choice.name);
     if (status == 0)
     {
+        status = check_options(&options);
+    }
+    if (status == 0)
+    {
         common_error_t     error    = {""};
         common_scenario_t *scenario = sim_scenario_open(&options.choice, &error);
         options.run.both            = scenario != NULL && sim_scenario_config(scenario)->arithmetic == SIM_BOTH;
-        if (options.whole_plot && options.plot == NULL)
-        {
-            status = sim_usage("--all needs --plot");
-        }
-        else if (options.run.both && options.run.target != NULL)
+        if (options.run.both && options.run.target != NULL)
         {
             status = sim_usage("--target takes --arith f32 or q31, not both");
         }

@@ -86,6 +86,7 @@ static int show_help(const sim_command_t *command)
 
 int main(int count, char **arguments)
 {
+    common_output_fill_descriptors();
     // Makes a file size limit and a closed pipe ordinary write errors.
     (void)signal(SIGXFSZ, SIG_IGN);
     (void)signal(SIGPIPE, SIG_IGN);

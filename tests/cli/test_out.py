@@ -1,0 +1,243 @@
+"""--out and --plot on files, links, pipes and folders that exist: what is kept, what is refused, and when."""
+
+import contextlib
+import os
+import resource
+import stat
+import threading
+
+import pytest
+from conftest import SHORT
+
+OLD = "old content, longer than a few bytes\n"
+ROWS = "t_s,u_N,F_N\n" + "".join(f"{k / 1000:g},{0.3 + k % 7 / 100:g},{0.2 + k % 5 / 100:g}\n" for k in range(400))
+
+# Each command that writes the one file that --out names.
+COMMANDS = (("params", "triangle", "--out"), ("log", "log.csv", "--out"), ("replay", "log.csv", "--out"))
+
+
+@pytest.fixture(params=COMMANDS, ids=lambda command: command[0])
+def writes(request, sim):
+    """The command up to its --out, and its result as it is on standard output."""
+    sim.write("log.csv", ROWS)
+    return request.param, sim.ok(*request.param[:-1])
+
+
+def left_in(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o644, 0o664, 0o755])
+def test_a_file_keeps_its_mode(sim, writes, mode):
+    command, content = writes
+    out = sim.write("out", OLD)
+    out.chmod(mode)
+    sim.ok(*command, "out")
+    assert out.read_text() == content and stat.S_IMODE(out.stat().st_mode) == mode
+
+
+def test_a_read_only_file_is_refused_before_the_work(sim, writes):
+    command, _ = writes
+    out = sim.write("out", OLD)
+    for mode in (0o444, 0o400, 0o555):
+        out.chmod(mode)
+        before = left_in(sim.folder)
+        sim.fails("out: cannot be written: it is read-only", *command, "out")
+        assert out.read_text() == OLD and stat.S_IMODE(out.stat().st_mode) == mode and left_in(sim.folder) == before
+
+
+def test_a_link_stays_a_link_and_a_read_only_target_is_refused(sim, writes):
+    command, content = writes
+    (sim.folder / "far").mkdir()
+    target = sim.write("far/target", OLD)
+    target.chmod(0o640)
+    link = sim.folder / "out"
+    link.symlink_to("far/target")
+    sim.ok(*command, "out")
+    assert os.readlink(link) == "far/target" and target.read_text() == content and stat.S_IMODE(target.stat().st_mode) == 0o640
+    target.chmod(0o440)
+    sim.fails("out: cannot be written: it is read-only", *command, "out")
+    assert target.read_text() == content and left_in(sim.folder / "far") == ["target"]
+
+
+@pytest.mark.parametrize("old", ["", OLD, OLD * 1000])
+def test_other_names_of_a_file_stay_its_names(sim, writes, old):
+    command, content = writes
+    out = sim.write("out", old)
+    os.link(out, sim.folder / "other")
+    inode = out.stat().st_ino
+    sim.ok(*command, "out")
+    assert (sim.folder / "other").read_text() == out.read_text() == content
+    assert out.stat().st_ino == inode and out.stat().st_nlink == 2
+
+
+def test_attributes_stay(sim, writes):
+    command, content = writes
+    out = sim.write("out", OLD)
+    try:
+        os.setxattr(out, "user.note", b"mine")
+    except OSError:
+        pytest.skip("this file system has no extended attributes")
+    sim.ok(*command, "out")
+    assert os.getxattr(out, "user.note") == b"mine" and out.read_text() == content
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root may give files away")
+def test_the_owner_stays(sim, writes):
+    command, content = writes
+    out = sim.write("out", OLD)
+    os.chown(out, 12345, 54321)
+    sim.ok(*command, "out")
+    assert (out.stat().st_uid, out.stat().st_gid) == (12345, 54321) and out.read_text() == content
+
+
+def as_nobody():
+    os.setgid(65534)
+    os.setuid(65534)
+
+
+@contextlib.contextmanager
+def passable(folder):
+    """Lets another user pass to the folder of a test."""
+    changed = [path for path in [folder, *folder.parents] if path.stat().st_mode & 0o001 == 0]
+    modes = [path.stat().st_mode for path in changed]
+    for path in changed:
+        path.chmod(path.stat().st_mode | 0o005)
+    try:
+        yield
+    finally:
+        for path, mode in zip(changed, modes):
+            path.chmod(stat.S_IMODE(mode))
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root may become another user")
+def test_a_file_in_a_folder_that_takes_no_files_is_written(sim, writes):
+    command, content = writes
+    out = sim.write("out", OLD)
+    os.chown(out, 65534, 65534)
+    with passable(sim.folder):
+        if not os.access(sim.program, os.X_OK) or sim(*command[:-1], preexec_fn=as_nobody).returncode != 0:
+            pytest.skip("another user cannot run this tribo-sim")
+        sim.ok(*command, "out", preexec_fn=as_nobody)
+        assert out.read_text() == content
+        sim.fails("new: cannot be written: Permission denied", *command, "new", preexec_fn=as_nobody)
+        os.chown(out, 0, 0)
+        sim.fails("out: cannot be written: Permission denied", *command, "out", preexec_fn=as_nobody)
+    assert out.read_text() == content
+
+
+@pytest.mark.parametrize("path", ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"])
+def test_standard_output_by_its_path_is_appended_to(sim, writes, path):
+    command, content = writes
+    with open(sim.folder / "all", "w", encoding="ascii") as out:
+        out.write("before\n")
+        out.flush()
+        done = sim(*command, path, stdout=out)
+        out.seek(0, os.SEEK_END)
+        out.write("after\n")
+    said = (sim.folder / "all").read_text()
+    assert done.returncode == 0 and said.startswith("before\n" + content) and said.endswith("after\n")
+
+
+def test_a_pipe_gets_the_content(sim, writes):
+    command, content = writes
+    pipe = sim.folder / "out"
+    os.mkfifo(pipe)
+    got = []
+    reader = threading.Thread(target=lambda: got.append(pipe.read_text()), daemon=True)
+    reader.start()
+    sim.ok(*command, "out")
+    reader.join(200)
+    assert got == [content] and stat.S_ISFIFO(pipe.stat().st_mode)
+
+
+def test_places_that_take_no_file(sim, writes):
+    command, _ = writes
+    (sim.folder / "folder").mkdir()
+    before = left_in(sim.folder)
+    for out, why in (("folder", "Is a directory"), ("folder/", "Is a directory"), ("no/out", "No such file or directory"),
+                     ("log.csv/out", "Not a directory"), ("", "No such file or directory"), ("/dev/full", "No space left on device")):
+        result = sim(*command, out)
+        assert result.returncode == 1 and result.stderr == f"tribo-sim: {out}: cannot be written: {why}\n"
+        assert left_in(sim.folder) == before
+
+
+# The log does not exist, so only a check before the work can name the place.
+@pytest.mark.parametrize("command", [("log", "none.csv", "--out"), ("replay", "none.csv", "--out"), ("replay", "none.csv", "--plot")])
+def test_a_wrong_place_is_found_before_the_log_is_read(sim, command):
+    out = "no/x.png"
+    sim.fails(f"{out}: cannot be written: No such file or directory", *command, out)
+
+
+@pytest.mark.parametrize("options", [("--out", "no/file/d"), ("--plot", "no/x.png"), ("--plot", "no/x.html"), ("--plot", "old.png")])
+def test_a_wrong_place_is_found_before_the_run(sim, options):
+    """A run of days would not end within the time of a test."""
+    sim.write("no", "") if options[0] == "--out" else None
+    sim.write("old.png", OLD).chmod(0o444)
+    result = sim("run", "triangle", "--set", "duration_s=80000", *options)
+    assert result.returncode == 1 and (f"{options[1]}: cannot be written: " in result.stderr or "the folder cannot be created" in result.stderr)
+    assert (sim.folder / "old.png").read_text() == OLD
+
+
+@pytest.mark.parametrize("name", ["trace.csv", "trace_q31.csv", "learned.yaml", "scenario.yaml", "summary.json"])
+def test_a_read_only_file_of_an_earlier_run_is_refused_before_the_run(sim, name):
+    sim.ok("run", "triangle", "--arith", "both", "--out", "d")
+    path = sim.folder / "d" / name
+    before = {path.name: path.read_bytes() for path in (sim.folder / "d").iterdir()}
+    path.chmod(0o444)
+    result = sim("run", "triangle", "--set", "duration_s=80000", "--out", "d")
+    assert (result.returncode, result.stderr) == (1, f"tribo-sim: d/{name}: cannot be written: it is read-only\n")
+    assert {path.name: path.read_bytes() for path in (sim.folder / "d").iterdir()} == before
+
+
+def test_the_files_of_a_run_keep_their_modes_and_names(sim):
+    sim.write("x.yaml", SHORT)
+    sim.ok("run", "x.yaml", "--out", "whole")
+    sim.ok("run", "x.yaml", "--out", "d")
+    (sim.folder / "d/trace.csv").chmod(0o600)
+    os.link(sim.folder / "d/summary.json", sim.folder / "kept.json")
+    sim.ok("run", "x.yaml", "--set", "duration_s=0.02", "--out", "d")
+    assert stat.S_IMODE((sim.folder / "d/trace.csv").stat().st_mode) == 0o600
+    assert (sim.folder / "kept.json").read_text() == (sim.folder / "d/summary.json").read_text()
+    assert '"ticks":' in (sim.folder / "kept.json").read_text().replace(" ", "")
+
+
+def test_a_full_disk_leaves_a_kept_file_as_it_was(sim, writes):
+    command, _ = writes
+    out = sim.write("out", OLD)
+    os.link(out, sim.folder / "other")
+    limit = len(OLD) + 100
+
+    result = sim(*command, "out", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+    assert result.returncode == 1 and result.stderr == "tribo-sim: out: cannot be written: File too large\n"
+    assert out.read_text() == OLD
+
+
+def test_options_without_effect_are_refused(sim):
+    sim.write("log.csv", ROWS)
+    hint = " (tribo-sim --help lists the commands)"
+    for message, *command in (("--decimate needs --out or --plot", "run", "triangle", "--decimate", 3),
+                              ("--columns needs --out or --plot", "run", "triangle", "--columns", "u_N"),
+                              ("--all needs --plot", "run", "triangle", "--all"),
+                              ("--full-scale needs --arith q31 or both", "replay", "log.csv", "--full-scale", 3),
+                              ("list: --parameters goes with no other option", "list", "--keys", "--parameters"),
+                              ("list: --parameters goes with no other option", "list", "--parameters", "--markdown"),
+                              ("fmu: --arith is the loop's, and --part plant has none", "fmu", "triangle", "--part", "plant", "--arith", "f32", "--out", "x.fmu")):
+        sim.fails(message + hint, *command, status=2)
+    assert sim.ok("list", "--keys", "--markdown") == sim.ok("list", "--markdown") == sim.ok("list", "--markdown", "--keys")
+
+
+@pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2), (0, 1)])
+def test_a_file_does_not_take_the_place_of_a_closed_descriptor(sim, closed):
+    def close():
+        for descriptor in closed:
+            os.close(descriptor)
+
+    sim.write("x.yaml", SHORT)
+    sim.ok("run", "x.yaml", "--out", "whole")
+    result = sim("run", "x.yaml", "--out", "d", preexec_fn=close)
+    assert result.returncode == (1 if 1 in closed else 0)
+    assert result.stderr == ("tribo-sim: standard output: cannot be written: Bad file descriptor\n" if 1 in closed and 2 not in closed else "")
+    for name in ("trace.csv", "scenario.yaml"):
+        mine, whole = ((sim.folder / folder / name).read_text().splitlines()[1:] for folder in ("d", "whole"))
+        assert mine == whole
