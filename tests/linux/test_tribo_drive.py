@@ -475,7 +475,13 @@ def test_the_unit_is_exposed_by_4_at_most(tmp_path):
     assert "\nUser=tribo\n" in unit.read_text() and "\nu tribo " in (PI.parent / "tribo.sysusers").read_text()
 
 
-@pytest.mark.parametrize("words", [["--keys"], ["rig.yaml", "--check"]])
+def test_the_table_of_keys_takes_nothing_else(drive):
+    for words in (("--keys", "rig.yaml"), ("--check", "--keys"), ("--keys", "--log", "x.csv")):
+        run = drive.run(*words)
+        assert run.returncode == 2 and run.stdout == "" and "--keys goes with nothing else" in run.stderr
+
+
+@pytest.mark.parametrize("words", [["--keys"], ["rig.yaml", "--check"], ["--help"], ["-?"], ["--usage"], ["--version"], ["-V"], ["rig.yaml", "--help"]])
 def test_output_that_cannot_be_written_is_an_error(drive, words):
     with open("/dev/full", "w", encoding="ascii") as full:
         run = subprocess.run([drive.program, *words], cwd=drive.folder, stdout=full, stderr=subprocess.PIPE, text=True, timeout=600, check=False)

@@ -49,6 +49,7 @@ enum
 
 typedef struct
 {
+    const char *name; ///< of the program
     const char *config, *log, *ticks;
     const char *sets[SETS_MAX];
     unsigned    set_count;
@@ -75,7 +76,9 @@ enum
     OPTION_LOG       = 'l',
     OPTION_REFERENCE = 'r',
     OPTION_SET       = 's',
-    OPTION_TICKS     = 't'
+    OPTION_TICKS     = 't',
+    OPTION_USAGE     = 256,
+    OPTION_VERSION   = 'V'
 };
 
 static const struct argp_option known[] = {
@@ -103,6 +106,9 @@ static const struct argp_option known[] = {
      .key  = OPTION_TICKS,
      .arg  = "IN,OUT",
      .doc  = "for tests: a tick for each byte of the file IN, and a byte to OUT after it, in place of the clock"},
+    {.name = "help", .key = '?', .doc = "prints this help"},
+    {.name = "usage", .key = OPTION_USAGE, .doc = "prints the options in short"},
+    {.name = "version", .key = OPTION_VERSION, .doc = "prints the version of this program"},
     {.name = NULL}};
 
 /// Returns true for text that was meant as a number: a shape's name begins with a letter, and a file's name ends with .csv.
@@ -137,11 +143,32 @@ static void take_reference(options_t *options, const char *value, const struct a
     }
 }
 
+/// Writes out standard output. Returns the exit status: the given one, or EXIT_SETUP if output is lost.
+static int finish(int status)
+{
+    common_error_t error = {""};
+    if (status != EXIT_OK || common_output_flush(&error))
+    {
+        return status;
+    }
+    (void)fprintf(stderr, "%s: %s\n", program_invocation_short_name, error.text);
+    return EXIT_SETUP;
+}
+
 static error_t take(int key, char *value, struct argp_state *state)
 {
     options_t *options = state->input;
     switch (key)
     {
+    case '?':
+        argp_state_help(state, stdout, ARGP_HELP_STD_HELP & ~ARGP_HELP_EXIT_OK);
+        exit(finish(EXIT_OK));
+    case OPTION_USAGE:
+        argp_state_help(state, stdout, ARGP_HELP_USAGE);
+        exit(finish(EXIT_OK));
+    case OPTION_VERSION:
+        (void)printf("%s " TRIBO_VERSION_STRING "\n", options->name);
+        exit(finish(EXIT_OK));
     case OPTION_CHECK:
         options->check = true;
         return 0;
@@ -183,6 +210,10 @@ static error_t take(int key, char *value, struct argp_state *state)
         if (options->config == NULL && !options->keys)
         {
             argp_error(state, "a configuration is expected");
+        }
+        if (options->keys && state->argc > 2)
+        {
+            argp_error(state, "--keys goes with nothing else");
         }
         return 0;
     default:
@@ -873,18 +904,6 @@ static int open_and_run(program_t *program, const common_sources_t *sources, com
     return status;
 }
 
-/// Writes out standard output. Returns the exit status: the given one, or EXIT_SETUP if output is lost.
-static int finish(int status)
-{
-    common_error_t error = {""};
-    if (status != EXIT_OK || common_output_flush(&error))
-    {
-        return status;
-    }
-    (void)fprintf(stderr, "%s: %s\n", program_invocation_short_name, error.text);
-    return EXIT_SETUP;
-}
-
 int program_run(int count, char **arguments, const desk_t *desk)
 {
     static program_t         program;
@@ -898,10 +917,11 @@ int program_run(int count, char **arguments, const desk_t *desk)
                "or as "
                "tribo-desk on the scenario's plant.\v"
                "Exit status: 0 done, 1 configuration, devices or log, 2 command line, 3 stopped for a fault."};
+    common_output_fill_descriptors();
     messages_begin();
     argp_err_exit_status = EXIT_USAGE;
-    argp_program_version = desk != NULL ? "tribo-desk " TRIBO_VERSION_STRING : "tribo-drive " TRIBO_VERSION_STRING;
-    (void)argp_parse(&argp, count, arguments, 0, NULL, &options);
+    options.name         = desk != NULL ? "tribo-desk" : "tribo-drive";
+    (void)argp_parse(&argp, count, arguments, ARGP_NO_HELP, NULL, &options);
     if (options.keys)
     {
         rig_print_keys();
