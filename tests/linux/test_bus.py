@@ -94,6 +94,65 @@ def test_a_trace_is_recorded_while_it_runs(serve, tmp_path):
         assert rows[-1]["r_N"] == pytest.approx(high)
 
 
+@pytest.mark.parametrize("trigger, why", [
+    ("fault", "trace: the trigger fault did not come within 0.2 s, so nothing is written; --wait waits longer, and --trigger none records without a trigger"),
+    ("reversal", "the trigger reversal did not come within 0.2 s"),
+    ("rise --level 1000", "the trigger rise did not come within 0.2 s"),
+    ("fall --level -1000", "the trigger fall did not come within 0.2 s")])
+def test_a_trigger_that_does_not_come_is_an_error(serve, tmp_path, trigger, why):
+    served = serve()
+    served.link("start")
+    for out in ([], ["--out", tmp_path / "trace.csv"]):
+        done = subprocess.run([os.environ["TRIBO_LINK"], "-d", served.line.port, "trace", "--trigger", *trigger.split(), "--wait", "0.2", *out],
+                              capture_output=True, text=True, timeout=600, check=False)
+        assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1 and why in done.stderr
+    assert not (tmp_path / "trace.csv").exists()
+
+
+def test_a_trace_that_is_not_complete_is_an_error(serve, tmp_path):
+    served = serve()
+    served.link("start")
+    served.pass_ticks(100)
+    log = tmp_path / "trace.csv"
+    log.write_text("old")
+    before = served.line.answers
+    tracing = subprocess.Popen([os.environ["TRIBO_LINK"], "-d", served.line.port, "trace", "--trigger", "rise", "--level", "0.2", "--watch", "F_N", "--after", "9000",
+                                "--decimation", "1000000", "--wait", "2", "--out", log], stderr=subprocess.PIPE, text=True)
+    until(lambda: served.line.answers > before + 5, "it does not ask for a trace")
+    served.link("reference", 0.5)
+    assert "trace: the trigger came, but not all 9000 samples after it within 2 s, so nothing is written; a longer --wait or a smaller --after" in tracing.communicate(timeout=300)[1]
+    assert tracing.returncode == 2 and log.read_text() == "old"
+    assert served.link("trace", "--wait", "0.2").startswith("t_s,")
+
+
+def test_a_wrong_place_is_found_before_a_trace_and_an_acknowledgement(serve, tmp_path):
+    served = serve()
+    (tmp_path / "old.csv").write_text("old")
+    (tmp_path / "old.csv").chmod(0o444)
+    for out, why in (("no/trace.csv", "No such file or directory"), (".", "Is a directory"), ("old.csv", "it is read-only")):
+        message = f"{tmp_path / out}: cannot be written: {why}"
+        assert message in served.link("trace", "--trigger", "fault", "--wait", "86400", "--out", tmp_path / out, status=2)
+        assert message in served.link("fault", "--acknowledge", "--out", tmp_path / out, status=2)
+    assert served.value("trace_state") == 0  # no trace was armed
+    assert not list(tmp_path.glob(".*")) and (tmp_path / "old.csv").read_text() == "old"
+
+
+@pytest.mark.parametrize("words, why", [
+    ("trace --after 3", "trace: --after needs a --trigger"), ("trace --trigger none --after 3", "trace: --after needs a --trigger"),
+    ("trace --trigger fault --level 1", "trace: --level needs --trigger rise or fall"),
+    ("trace --trigger reversal --level 1", "trace: --level needs --trigger rise or fall"),
+    ("trace --trigger fault --watch F_N", "trace: --watch needs --trigger reversal, rise or fall"),
+    ("ports --device x", "ports has no option --device"),
+    ("start now", "start takes no argument, but now was given"), ("stop x", "stop takes no argument"), ("status x", "status takes no argument"),
+    ("trace x", "trace takes no argument"), ("fault x", "fault takes no argument"), ("list x", "list takes no argument"),
+    ("ports x", "ports takes no argument"), ("params save x", "params save takes no argument"), ("params defaults x", "params defaults takes no argument"),
+    ("status --device tcp:localhost:1 --baud 9600", "--baud: tcp:localhost:1 is no serial line")])
+def test_words_without_effect_are_refused_before_a_drive_is_asked(words, why):
+    done = subprocess.run([os.environ["TRIBO_LINK"], *words.split()], capture_output=True, text=True, timeout=600, check=False,
+                          env={**os.environ, "TRIBO_LINK_DEVICE": "/dev/null/none"})
+    assert done.returncode == 2 and done.stdout == "" and done.stderr.startswith(f"tribo-link: {why}"), done
+
+
 def test_a_line_in_use_is_refused_with_its_holder(serve):
     served = serve()
     with open(served.line.port, "rb", buffering=0) as line:

@@ -15,6 +15,7 @@
 #include "tribo/status.h"
 
 #include <argp.h>
+#include <inttypes.h>
 #include <math.h>
 #include <regex.h>
 #include <stdio.h>
@@ -699,27 +700,25 @@ static bool write_samples(link_bus_t *bus, const trace_head_t *head, double inte
     return true;
 }
 
-static bool save_trace(link_bus_t *bus, const trace_head_t *head, const char *out)
+static bool save_trace(link_bus_t *bus, const trace_head_t *head, common_output_file_t *file)
 {
-    common_error_t       error = {""};
-    common_output_file_t file;
-    uint32_t             period_us;
+    common_error_t error = {""};
+    uint32_t       period_us;
     if (!link_bus_read(bus, active_at(link_find("drive.period_us")), &period_us, 1))
     {
         return false;
     }
-    if (!common_output_open(&file, out, &error))
-    {
-        return link_complain("%s", error.text);
-    }
     const double ticks = (double)head->states[REGISTERS_STATE_trace_decimation_seen];
-    write_header(file.stream, head->states[REGISTERS_STATE_trace_signals_seen]);
-    if (!write_samples(bus, head, ticks * (double)period_us / 1e6, file.stream))
-    {
-        common_output_discard(&file, 1);
-        return false;
-    }
-    return common_output_commit(&file, 1, &error) || link_complain("%s", error.text);
+    write_header(file->stream, head->states[REGISTERS_STATE_trace_signals_seen]);
+    return write_samples(bus, head, ticks * (double)period_us / 1e6, file->stream) &&
+           (common_output_commit(file, 1, &error) || link_complain("%s", error.text));
+}
+
+/// Opens --out. A command opens it before its work, so that a wrong place costs no trace and no acknowledgement.
+static bool open_out(const options_t *options, common_output_file_t *file)
+{
+    common_error_t error = {""};
+    return common_output_open(file, options->out, &error) || link_complain("%s", error.text);
 }
 
 static bool find_signal(const char *name, size_t length, uint32_t *place)
@@ -786,10 +785,39 @@ static bool arm(link_bus_t *bus, const options_t *options)
            link_bus_command(bus, REGISTERS_TRACE, "trace");
 }
 
-/// Waits until the trace is done or the time is over; then the trace is stopped, with the samples so far.
-static bool wait_for_trace(link_bus_t *bus, double wait_s, trace_head_t *head)
+/// Stops a trace whose time is over. Returns true if its samples are the result: it had no trigger to wait for.
+static bool end_trace(link_bus_t *bus, const options_t *options, trace_head_t *head)
 {
-    const double end_s = common_clock_s() + wait_s;
+    const bool had_trigger = head->states[REGISTERS_STATE_trace_state] == TRACE_TRIGGERED;
+    if (!link_bus_command(bus, REGISTERS_TRACE_STOP, "trace") || !read_head(bus, 0, head))
+    {
+        return false;
+    }
+    if (had_trigger)
+    {
+        return link_complain("trace: the trigger came, but not all %" PRIu64
+                             " samples after it within %g s, so nothing is "
+                             "written; a longer --wait or a smaller --after completes it",
+                             options->after,
+                             options->wait_s);
+    }
+    if (strcmp(options->trigger, "none") != 0)
+    {
+        return link_complain(
+            "trace: the trigger %s did not come within %g s, so nothing is written; --wait waits longer, "
+            "and --trigger none records without a trigger",
+            options->trigger,
+            options->wait_s);
+    }
+    return head->states[REGISTERS_STATE_trace_held] > 0u ||
+           link_complain("trace: the drive took no sample within %g s, so nothing is written",
+                         options->wait_s + STATE_S);
+}
+
+/// Waits until the trace is done or the time is over.
+static bool wait_for_trace(link_bus_t *bus, const options_t *options, trace_head_t *head)
+{
+    const double end_s = common_clock_s() + options->wait_s;
     for (;;)
     {
         if (!read_head(bus, 0, head))
@@ -800,10 +828,11 @@ static bool wait_for_trace(link_bus_t *bus, double wait_s, trace_head_t *head)
         {
             return true;
         }
-        if (common_clock_s() >= end_s)
+        // Without a trigger the first sample is waited for, also after a --wait of 0.
+        const bool is_first = strcmp(options->trigger, "none") == 0 && head->states[REGISTERS_STATE_trace_held] == 0u;
+        if (common_clock_s() >= end_s + (is_first ? STATE_S : 0.0))
         {
-            (void)link_complain("trace: no trigger in %g s; the last samples are written", wait_s);
-            return link_bus_command(bus, REGISTERS_TRACE_STOP, "trace") && read_head(bus, 0, head);
+            return end_trace(bus, options, head);
         }
         if (!link_bus_rest(bus, TRACE_LOOK_MS))
         {
@@ -814,50 +843,54 @@ static bool wait_for_trace(link_bus_t *bus, double wait_s, trace_head_t *head)
 
 static int record_trace(link_bus_t *bus, const options_t *options)
 {
-    trace_head_t head;
-    return arm(bus, options) && wait_for_trace(bus, options->wait_s, &head) && save_trace(bus, &head, options->out)
-               ? 0
-               : EXIT_FAILED;
+    trace_head_t         head;
+    common_output_file_t file;
+    const bool           ok = open_out(options, &file) && arm(bus, options) && wait_for_trace(bus, options, &head) &&
+                    save_trace(bus, &head, &file);
+    common_output_discard(&file, 1);
+    return ok ? 0 : EXIT_FAILED;
+}
+
+static void print_fault(const trace_head_t *head)
+{
+    const uint32_t fault = head->states[REGISTERS_STATE_fault];
+    const bool     is    = head->states[REGISTERS_STATE_state] == DRIVE_FAULT;
+    (void)printf("fault: %s", is ? drive_fault_text((drive_fault_t)fault) : "none");
+    if (is)
+    {
+        (void)printf(", since tick %u of %u",
+                     head->states[REGISTERS_STATE_fault_tick],
+                     head->states[REGISTERS_STATE_tick]);
+    }
+    (void)putchar('\n');
+}
+
+/// Writes the trace that was kept for the fault.
+static bool save_fault(link_bus_t *bus, const trace_head_t *head, common_output_file_t *file)
+{
+    return head->states[REGISTERS_STATE_trace_state] == TRACE_DONE
+               ? save_trace(bus, head, file)
+               : link_complain("fault --out: there was no fault since the last start");
 }
 
 /// Prints the cause, and with --out writes the trace that was kept for it.
 static int show_fault(link_bus_t *bus, const options_t *options)
 {
-    trace_head_t head;
-    if (!read_head(bus, 1, &head))
+    trace_head_t         head;
+    common_output_file_t file = {.stream = NULL};
+    bool                 ok   = (options->out == NULL || open_out(options, &file)) && read_head(bus, 1, &head);
+    if (ok)
     {
-        return EXIT_FAILED;
+        print_fault(&head);
+        ok = options->out == NULL || save_fault(bus, &head, &file);
     }
-    const uint32_t fault = head.states[REGISTERS_STATE_fault];
-    const bool     is    = head.states[REGISTERS_STATE_state] == DRIVE_FAULT;
-    (void)printf("fault: %s", is ? drive_fault_text((drive_fault_t)fault) : "none");
-    if (is)
+    common_output_discard(&file, 1);
+    if (ok && options->acknowledge)
     {
-        (void)printf(", since tick %u of %u",
-                     head.states[REGISTERS_STATE_fault_tick],
-                     head.states[REGISTERS_STATE_tick]);
+        ok = link_bus_command(bus, REGISTERS_ACKNOWLEDGE, "acknowledgement") &&
+             wait_for_state(bus, DRIVE_IDLE, "acknowledgement");
     }
-    (void)putchar('\n');
-    if (options->out != NULL)
-    {
-        if (head.states[REGISTERS_STATE_trace_state] != TRACE_DONE)
-        {
-            (void)link_complain("fault --out: there was no fault since the last start");
-            return EXIT_FAILED;
-        }
-        if (!save_trace(bus, &head, options->out))
-        {
-            return EXIT_FAILED;
-        }
-    }
-    if (!options->acknowledge)
-    {
-        return 0;
-    }
-    return link_bus_command(bus, REGISTERS_ACKNOWLEDGE, "acknowledgement") &&
-                   wait_for_state(bus, DRIVE_IDLE, "acknowledgement")
-               ? 0
-               : EXIT_FAILED;
+    return ok ? 0 : EXIT_FAILED;
 }
 
 // --- the command line ----------------------------------------------------------------------------------------------
@@ -961,7 +994,7 @@ static const struct argp_option known[] = {
     {.name = "watch", .key = OPTION_WATCH, .arg = "NAME", .doc = "trace: the signal that reverses, rises or falls; r_N if left out"},
     {.name = "level", .key = OPTION_LEVEL, .arg = "N", .doc = "trace: the level that the signal rises or falls to"},
     {.name = "after", .key = OPTION_AFTER, .arg = "SAMPLES", .doc = "trace: samples after the trigger, 100 if left out; the rest of the ring is from before it"},
-    {.name = "wait", .key = OPTION_WAIT, .arg = "S", .doc = "trace: waits for its end, 10 s if left out"},
+    {.name = "wait", .key = OPTION_WAIT, .arg = "S", .doc = "trace: the time for the trigger and the samples after it, 10 s if left out; if it is over, nothing is written and the exit status is 2"},
     {.name = "hold", .key = OPTION_HOLD, .arg = "S", .doc = "reference, watch: ends after this time; after a signal if left out"},
     {.name = "json", .key = OPTION_JSON, .doc = "status: prints JSON; watch: prints a line of JSON per sample, in place of the view"},
     {.name = "rate", .key = OPTION_RATE, .arg = "HZ", .doc = "watch, serve: samples a second, 10 if left out"},
@@ -1234,6 +1267,58 @@ static int show_help(const char *command)
     return 0;
 }
 
+static bool is_given(const options_t *options, int key)
+{
+    size_t i = 0;
+    while (known[i].key != key)
+    {
+        i++;
+    }
+    return (options->given >> i & 1u) != 0u;
+}
+
+/// Refuses a trace's options that its trigger ignores.
+static bool check_trigger(const options_t *options)
+{
+    const bool is_level = strcmp(options->trigger, "rise") == 0 || strcmp(options->trigger, "fall") == 0;
+    if (is_given(options, OPTION_LEVEL) && !is_level)
+    {
+        return link_complain("trace: --level needs --trigger rise or fall");
+    }
+    if (is_given(options, OPTION_WATCH) && !is_level && strcmp(options->trigger, "reversal") != 0)
+    {
+        return link_complain("trace: --watch needs --trigger reversal, rise or fall");
+    }
+    return !is_given(options, OPTION_AFTER) || strcmp(options->trigger, "none") != 0 ||
+           link_complain("trace: --after needs a --trigger");
+}
+
+/// Refuses words behind commands that take none, and a device for the command that looks for devices.
+static bool check_words(const options_t *options)
+{
+    static const char *const with_words[] = {"params", "reference", "completion"};
+    const char *const        command      = options->words[0];
+    bool                     takes_words  = false;
+    for (size_t i = 0; i < sizeof with_words / sizeof with_words[0]; i++)
+    {
+        takes_words = takes_words || strcmp(command, with_words[i]) == 0;
+    }
+    if (options->count > 1 && !takes_words)
+    {
+        return link_complain("%s takes no argument, but %s was given (tribo-link %s --help)",
+                             command,
+                             options->words[1],
+                             command);
+    }
+    if (options->count > 2 && strcmp(command, "params") == 0 &&
+        (strcmp(options->words[1], "save") == 0 || strcmp(options->words[1], "defaults") == 0))
+    {
+        return link_complain("params %s takes no argument, but %s was given", options->words[1], options->words[2]);
+    }
+    return strcmp(command, "ports") != 0 || !is_given(options, 'd') ||
+           link_complain("ports has no option --device: it asks every serial line");
+}
+
 /// Refuses options that the command would ignore.
 static bool check_given(const options_t *options)
 {
@@ -1247,7 +1332,12 @@ static bool check_given(const options_t *options)
                                  options->words[0]);
         }
     }
-    return true;
+    const bool is_network = options->device != NULL && strncmp(options->device, "tcp:", 4) == 0;
+    if (is_network && is_given(options, OPTION_BAUD))
+    {
+        return link_complain("--baud: %s is no serial line", options->device);
+    }
+    return check_words(options) && (strcmp(options->words[0], "trace") != 0 || check_trigger(options));
 }
 
 int main(int count, char **arguments)
@@ -1266,7 +1356,8 @@ int main(int count, char **arguments)
                                  .hold_s     = (double)INFINITY,
                                  .decimation = 1,
                                  .after      = 100};
-    argp_err_exit_status      = EXIT_FAILED;
+    common_output_fill_descriptors();
+    argp_err_exit_status = EXIT_FAILED;
     (void)argp_parse(&parser, count, arguments, ARGP_NO_HELP, NULL, &options);
     if (options.wants_help)
     {
