@@ -45,11 +45,8 @@ static inline MOVABLE(axis, t) * movable_axis_here(movable_axis_t *own)
     MOVABLE(axis, t) *const axis = &own->axis;
     movable_axis_point(&axis->params);
     movable_axis_point(&own->next);
-    axis->active           = movable_axis_params(own, own->has_next);
-    axis->loop.active      = axis->loop.active != NULL ? &movable_axis_params(own, own->had_next)->loop : NULL;
-    axis->loop.active_seal = ~(uintptr_t)axis->loop.active;
-    axis->loop.memory      = &axis->memory.state.tick;
-    axis->loop.memory_seal = ~(uintptr_t)axis->loop.memory;
+    axis->active = movable_axis_params(own, own->has_next);
+    axis->ran    = axis->ran != NULL ? movable_axis_params(own, own->had_next) : NULL;
     return axis;
 }
 

@@ -111,12 +111,12 @@ static tribo_status_t change(native_axis_t *axis, const tribo_axis_f32_config_t 
     if (axis->q31)
     {
         tribo_axis_q31_t *const        own  = &axis->fixed;
-        tribo_axis_q31_params_t *const next = own->loop.active == &own->params.loop ? &axis->fixed_next : &own->params;
+        tribo_axis_q31_params_t *const next = own->ran == &own->params ? &axis->fixed_next : &own->params;
         const tribo_status_t           status = tribo_axis_q31_prepare(next, config, (float)axis->full_scale_n);
         return status == TRIBO_OK ? tribo_axis_q31_change(own, next) : status;
     }
     tribo_axis_f32_t *const        own    = &axis->f32;
-    tribo_axis_f32_params_t *const next   = own->loop.active == &own->params.loop ? &axis->f32_next : &own->params;
+    tribo_axis_f32_params_t *const next   = own->ran == &own->params ? &axis->f32_next : &own->params;
     const tribo_status_t           status = tribo_axis_f32_prepare(next, config);
     return status == TRIBO_OK ? tribo_axis_f32_change(own, next) : status;
 }

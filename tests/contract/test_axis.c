@@ -251,6 +251,75 @@ static void test_an_axis_is_the_loop_below_it(void)
     TEST_ASSERT_EQUAL(2 * PERIOD / 500, report.bad_inputs);
 }
 
+/// A PI by hand, with back-calculation.
+static double my_pi(double *integral, double e, double excess)
+{
+    *integral += 27.0 * H * e + 0.5 * excess;
+    return 0.5 * e + *integral;
+}
+
+/// The loop's own halves with the same controller's output, and a change of params while they run.
+static void test_the_halves_and_a_change_are_those_of_the_loop(void)
+{
+    tribo_axis_f32_config_t config = rig(0.8f);
+    static axis_params_t    other;
+    config.controller = tribo_own();
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    config.positive.slope = 0.35f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&other, &config));
+
+    static TRIBO(feedforward, memory_t) memory;
+    TRIBO(force_loop, state_t) loop = {.memory = &memory.state.tick};
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(force_loop, start)(&loop, &axis.params.loop, false));
+    plant_t plant    = {0};
+    double  integral = 0.0;
+    for (long tick = 0; tick < 2 * PERIOD; tick++)
+    {
+        const axis_params_t *const params = tick / 1000 % 2 == 0 ? &axis.params : &other;
+        if (params != axis.active)
+        {
+            TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, params));
+        }
+        tribo_force_t       excess;
+        const tribo_force_t r = to_force(tick % 700 == 0 ? FULL_SCALE_N * 10.0 : triangle(tick));
+        const tribo_force_t y = tick % 500 == 0 ? to_force(FULL_SCALE_N * 10.0) : to_force(plant.reading);
+        const tribo_force_t e = TRIBO(axis, error)(&axis, r, y);
+        TEST_ASSERT_TRUE(e == TRIBO(force_loop, error)(&params->loop, &loop, r, y));
+        const double        own = my_pi(&integral, from_force(e), from_force(TRIBO(axis, excess)(&axis)));
+        const tribo_force_t v   = to_force(tick % 997 == 0 ? 1.5 : own); // beyond the limit
+        const tribo_force_t u   = TRIBO(axis, command)(&axis, v);
+        learn(&axis);
+        TEST_ASSERT_TRUE(u == TRIBO(force_loop, command)(&params->loop, &loop, v, &excess));
+        TEST_ASSERT_TRUE(excess == TRIBO(axis, excess)(&axis));
+        (void)TRIBO(feedforward, learn)(&params->loop, &memory);
+        plant_step(&plant, from_force(u));
+    }
+}
+
+/// tribo_pi needs less of the check, so the result of the whole check must be the same.
+static void test_a_pi_is_the_section_that_the_loop_makes_of_it(void)
+{
+    static const float gains[][2] = {{0.5f, 27.0f}, {0.5f, 0.0f}, {0.5f, 1000.0f}, {40.0f, 0.001f}, {40.0f, 1e-6f}};
+    for (uint32_t i = 0; i < sizeof gains / sizeof gains[0]; i++)
+    {
+        axis_params_t                    pi       = {0};
+        axis_params_t                    sections = {0};
+        tribo_axis_f32_config_t          config   = rig(1.0f);
+        const tribo_pi_t                 gain     = {gains[i][0], gains[i][1]};
+        const tribo_biquad_f32_section_t section  = tribo_pi_f32_section(&gain, config.sample_time_s);
+        config.controller                         = tribo_pi(gain.kp, gain.ki_per_s);
+        const tribo_status_t status               = prepare(&pi, &config);
+        config.controller                         = tribo_sections(&section, 1);
+        TEST_ASSERT_EQUAL(prepare(&sections, &config), status);
+        TEST_ASSERT_TRUE((status == TRIBO_OK) == (i < TRIBO_EITHER(4u, 3u)));
+        TEST_ASSERT_EQUAL_MEMORY(&sections.loop.controller, &pi.loop.controller, sizeof pi.loop.controller);
+    }
+    tribo_axis_f32_config_t config = rig(1.0f);
+    config.controller              = tribo_paper();
+    config.controller.make         = NULL; // not from one of the functions
+    TEST_ASSERT_EQUAL(TRIBO_ERR_CONTROLLER, refused(&config));
+}
+
 static void test_friction_is_gone_and_its_interval_holds_it(void)
 {
     const float beliefs[] = {0.7f, 1.0f, 1.3f};
@@ -281,13 +350,6 @@ static void test_friction_is_gone_and_its_interval_holds_it(void)
             TEST_ASSERT_TRUE(report.high_n[direction] - report.low_n[direction] < 0.5f * before);
         }
     }
-}
-
-/// A PI by hand, with back-calculation.
-static double my_pi(double *integral, double e, double excess)
-{
-    *integral += 27.0 * H * e + 0.5 * excess;
-    return 0.5 * e + *integral;
 }
 
 static void test_a_controller_of_the_callers_stays_in_place(void)
@@ -414,10 +476,15 @@ static void test_what_is_learned_outlives_a_loss_of_power(void)
     TEST_ASSERT_EQUAL_FLOAT(before.breakaway_n[0], after.breakaway_n[0]);
     TEST_ASSERT_FLOAT_WITHIN(0.05f * before.low_n[1], before.low_n[1], after.low_n[1]); // at no sample's force now
 
-    // Into an axis that runs: u goes on.
+    // Into an axis that runs, and with another controller at once: u goes on.
     (void)run(&axis, &plant, 4 * PERIOD + 300, 4 * PERIOD + 500, &jump);
     (void)run(&axis, &plant, 4 * PERIOD + 500, 4 * PERIOD + 700, &usual);
+    static axis_params_t    next;
+    tribo_axis_f32_config_t softer = config;
+    softer.controller              = tribo_pi(0.4f, 20.0f);
+    TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&next, &softer));
     TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, import)(&axis, &blob));
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, &next));
     (void)run(&axis, &plant, 4 * PERIOD + 699, 4 * PERIOD + 800, &jump);
     ASSERT_BELOW(3.0 * usual + 1e-4, jump);
     TRIBO(axis, report)(&axis, &after);
@@ -455,12 +522,12 @@ static void test_each_warning_has_a_sentence_and_a_command_clears_what_is_latche
     const tribo_axis_f32_config_t config = rig(1.0f);
     TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
     tribo_axis_report_t report;
-    axis.loop.guard.cause              = TRIBO_GUARD_HUNTING;
-    axis.memory.state.learner.at_bound = TRIBO_FEEDFORWARD_BOUND_TURNS;
-    axis.memory.state.learner.harms    = 1;
-    axis.memory.state.forgotten        = 1;
-    axis.loop.bad_inputs               = 1;
-    axis.loop.controller.limited_ticks = 1;
+    axis.guard.cause                  = TRIBO_GUARD_HUNTING;
+    axis.feedforward.learner.at_bound = TRIBO_FEEDFORWARD_BOUND_TURNS;
+    axis.feedforward.learner.harms    = 1;
+    axis.feedforward.forgotten        = 1;
+    axis.bad_inputs                   = 1;
+    axis.controller.limited_ticks     = 1;
     TRIBO(axis, report)(&axis, &report);
     for (uint32_t i = 0; i < 6; i++)
     {
@@ -470,7 +537,7 @@ static void test_each_warning_has_a_sentence_and_a_command_clears_what_is_latche
     }
     TEST_ASSERT_NULL(tribo_axis_warning(&report.warnings));
 
-    axis.loop.guard.cause = TRIBO_GUARD_OVERSHOOT;
+    axis.guard.cause = TRIBO_GUARD_OVERSHOOT;
     TRIBO(axis, report)(&axis, &report);
     uint32_t guards = report.warnings & ~7u; // behind those of inputs, limits and bounds
     (void)tribo_axis_warning(&guards);
@@ -488,10 +555,10 @@ static void test_a_learner_that_nobody_calls_is_a_warning(void)
     const tribo_axis_f32_config_t config = rig(1.0f);
     tribo_axis_report_t           report;
     TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
-    axis.memory.state.late = 1;
+    axis.feedforward.late = 1;
     TRIBO(axis, report)(&axis, &report);
     TEST_ASSERT_NOT_NULL(strstr(tribo_axis_warning(&report.warnings), "tribo_axis_q31_learn"));
-    axis.memory.state.learner.travel_n = 1.0f; // late, but it learns
+    axis.feedforward.learner.travel_n = 1.0f; // late, but it learns
     TRIBO(axis, report)(&axis, &report);
     TEST_ASSERT_EQUAL_UINT32(0, report.warnings);
 }
@@ -536,6 +603,8 @@ int main(void)
     RUN_TEST(test_each_field_is_checked);
     RUN_TEST(test_before_the_init_an_axis_puts_out_nothing);
     RUN_TEST(test_an_axis_is_the_loop_below_it);
+    RUN_TEST(test_the_halves_and_a_change_are_those_of_the_loop);
+    RUN_TEST(test_a_pi_is_the_section_that_the_loop_makes_of_it);
     RUN_TEST(test_friction_is_gone_and_its_interval_holds_it);
     RUN_TEST(test_a_controller_of_the_callers_stays_in_place);
     RUN_TEST(test_the_limit_is_told_to_the_callers_controller);

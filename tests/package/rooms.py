@@ -19,7 +19,7 @@ HEADERS = {
     "axis": ["axis_f32.h", "axis_q31.h"],
     "joint": ["joint_f32.h", "joint_q31.h"],
 }
-ARROWS_MAX = 13
+ARROWS_MAX = 14
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 
 

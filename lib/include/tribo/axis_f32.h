@@ -42,6 +42,10 @@ typedef struct
     float                             kp, ki_per_s;
     const tribo_biquad_f32_section_t *sections;
     uint32_t                          section_count;
+    /// Checks sections, at the init. tribo_sections and tribo_paper set it: only their call links the check.
+    tribo_status_t (*make)(tribo_controller_f32_params_t       *made,
+                           const tribo_controller_f32_config_t *controller,
+                           float                                sample_time_s);
 } tribo_axis_controller_t;
 
 typedef struct
@@ -170,10 +174,13 @@ struct tribo_axis_f32_params
 struct tribo_axis_f32
 {
     const tribo_axis_f32_params_t *active; ///< null before the init
+    const tribo_axis_f32_params_t *ran;    ///< params of the last tick; null before the first one
     tribo_axis_f32_params_t        params;
-    tribo_force_loop_f32_state_t   loop;
-    tribo_feedforward_f32_memory_t memory;
+    tribo_guard_f32_state_t        guard;
+    tribo_controller_f32_state_t   controller; ///< contains limited_ticks
+    uint32_t                       bad_inputs;
     float                          excess_n;
+    tribo_feedforward_f32_state_t  feedforward; ///< the last member
 };
 
 #ifdef __cplusplus

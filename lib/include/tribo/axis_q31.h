@@ -80,10 +80,13 @@ struct tribo_axis_q31_params
 struct tribo_axis_q31
 {
     const tribo_axis_q31_params_t *active; ///< null before the init
+    const tribo_axis_q31_params_t *ran;    ///< params of the last tick; null before the first one
     tribo_axis_q31_params_t        params;
-    tribo_force_loop_q31_state_t   loop;
-    tribo_feedforward_q31_memory_t memory;
+    tribo_guard_q31_state_t        guard;
+    tribo_controller_q31_state_t   controller; ///< contains limited_ticks
+    uint32_t                       bad_inputs;
     int32_t                        excess;
+    tribo_feedforward_q31_state_t  feedforward; ///< the last member
 };
 
 #ifdef __cplusplus

@@ -32,7 +32,7 @@ static tribo_status_t prepare(axis_params_t *params, const tribo_axis_f32_config
         const tribo_guard_f32_config_t guard = tribo_axis_config_guard(&loop, config);
         loop.method                          = NAME(feedforward, use)(&made.feedforward, &config->feedforward);
         loop.guard                           = NAME(guard, use)(&made.guard, &guard);
-        status                               = axis_make_loop(&made.loop, &loop, full_scale_n);
+        status                               = axis_make_loop(&made.loop, &loop, config->controller.make, full_scale_n);
     }
     if (status == TRIBO_OK)
     {
@@ -54,11 +54,45 @@ static tribo_status_t start(axis_t *axis, const tribo_axis_f32_config_t *config,
     if (status == TRIBO_OK)
     {
         axis->active     = &axis->params;
+        axis->ran        = NULL;
         axis->OF(excess) = 0;
-        axis->loop       = (NAME(force_loop, state_t)){.memory = &axis->memory.state.tick};
-        (void)NAME(force_loop, start)(&axis->loop, &axis->params.loop, false); // cannot fail: the loop has its memory
+        axis->bad_inputs = 0;
+        NAME(guard, reset)(&axis->guard);
+        NAME(controller, reset)(&axis->controller);
+        NAME(feedforward, reset)(&axis->feedforward);
     }
     return status;
+}
+
+/// The tick of the loop for one method with a memory and a guard of its own, which loop/step.h has for every method.
+/// The first half: counts a bad input, takes over new params, and calls the feed-forward and the guard. Returns the
+/// controller's error.
+static force_t begin(axis_t *axis, force_t r, force_t y, loop_functions_t *functions)
+{
+    const loop_params_t *const params      = &axis->active->loop;
+    const loop_tick_t *const   tick        = &axis->feedforward.tick;
+    const bool                 is_bad      = beyond(r, params->OF(input_max)) || beyond(y, params->OF(input_max));
+    uint32_t                   not_counted = 0;
+    force_t                    e           = 0; // of a bad input: u coasts on the controller's state
+    NAME(feedforward, method)(functions);
+    if (is_bad)
+    {
+        count_one(&axis->bad_inputs);
+    }
+    else
+    {
+        e = loop_error(&not_counted, r, y);
+    }
+    if (axis->ran != axis->active && axis->ran != NULL)
+    {
+        const force_t last = tick->has_e ? tick->OF(e) : e;
+        NAME(controller, change)(&axis->ran->loop.controller, &params->controller, &axis->controller, last, 0);
+        functions->enter(axis_memory(axis), tick->OF(term), false);
+    }
+    axis->ran = axis->active;
+    e         = functions->error(params, axis_memory(axis), r, y, axis->guard.fade);
+    (void)NAME(guard, step)(&axis->active->guard, &axis->guard, r, y, tick->OF(friction), !is_bad);
+    return e;
 }
 
 force_t axis_step(axis_t *axis, force_t r, force_t y)
@@ -67,14 +101,25 @@ force_t axis_step(axis_t *axis, force_t r, force_t y)
     {
         return 0;
     }
-    const force_t u = NAME(force_loop, step)(&axis->active->loop, &axis->loop, r, y, NULL);
+    const loop_params_t *const     params     = &axis->active->loop;
+    const loop_controller_t *const controller = &params->controller;
+    loop_functions_t               functions;
+    loop_signals_t                 signals;
+    loop_nodes_t                   nodes;
+    const force_t                  e = begin(axis, r, y, &functions);
+    const force_t last = INNER(biquad, output)(&controller->cascade, &axis->controller.cascade, e, &nodes);
+    const force_t term = functions.term(params, axis_memory(axis), loop_v(controller, last));
+    const force_t u    = loop_apply(controller, &axis->controller, e, last, term, &nodes, &signals.controller);
+    loop_rest(&signals.compensator);
+    functions.after(params, axis_memory(axis), signals.controller.OF(v), u, &signals);
     axis_learn_at_once(axis);
     return u;
 }
 
 force_t axis_error(axis_t *axis, force_t r, force_t y)
 {
-    return axis->active != NULL ? NAME(force_loop, error)(&axis->active->loop, &axis->loop, r, y) : 0;
+    loop_functions_t functions;
+    return axis->active != NULL ? begin(axis, r, y, &functions) : 0;
 }
 
 force_t axis_command(axis_t *axis, force_t v)
@@ -83,7 +128,21 @@ force_t axis_command(axis_t *axis, force_t v)
     {
         return 0;
     }
-    const force_t u = NAME(force_loop, command)(&axis->active->loop, &axis->loop, v, &axis->OF(excess));
+    const loop_params_t *const params = &axis->active->loop;
+    loop_functions_t           functions;
+    loop_signals_t             signals;
+    NAME(feedforward, method)(&functions);
+    const force_t output = loop_credible(&axis->bad_inputs, v);
+    const force_t sum    = plus(output, functions.term(params, axis_memory(axis), output));
+    const force_t u      = within_of(sum, params->controller.OF(u_min), params->controller.OF(u_max));
+    if (u != sum)
+    {
+        count_one(&axis->controller.limited_ticks);
+    }
+    signals.controller.limited = u != sum;
+    loop_rest(&signals.compensator);
+    functions.after(params, axis_memory(axis), output, u, &signals);
+    axis->OF(excess) = minus(u, sum);
     axis_learn_at_once(axis);
     return u;
 }
@@ -100,7 +159,7 @@ void axis_report(const axis_t *axis, tribo_axis_report_t *report)
     {
         return;
     }
-    const float                 ratio   = axis->memory.state.learner.ratio;
+    const float                 ratio   = axis->feedforward.learner.ratio;
     tribo_feedforward_learned_t learned = {.L_n = 0.0f};
     for (uint32_t direction = TRIBO_BREAKAWAY_POSITIVE; direction <= TRIBO_BREAKAWAY_NEGATIVE; direction++)
     {
@@ -109,17 +168,17 @@ void axis_report(const axis_t *axis, tribo_axis_report_t *report)
     }
     report->times_less    = ratio > 0.0f ? 1.0f / ratio : 0.0f;
     report->share         = axis_share(axis);
-    report->bad_inputs    = axis->loop.bad_inputs;
-    report->limited_ticks = axis->loop.controller.limited_ticks;
+    report->bad_inputs    = axis->bad_inputs;
+    report->limited_ticks = axis->controller.limited_ticks;
     report->forgotten     = learned.forgotten;
     report->late          = learned.late;
-    tribo_axis_report_warn(report, &learned, axis->loop.guard.cause);
+    tribo_axis_report_warn(report, &learned, axis->guard.cause);
 }
 
 void axis_restore(axis_t *axis)
 {
-    NAME(guard, restore)(&axis->loop.guard);
-    NAME(feedforward, restore)(&axis->memory.state);
+    NAME(guard, restore)(&axis->guard);
+    NAME(feedforward, restore)(&axis->feedforward);
 }
 
 tribo_status_t axis_change(axis_t *axis, const axis_params_t *next)
@@ -164,7 +223,7 @@ void axis_export(const axis_t *axis, axis_blob_t *blob)
 {
     *blob     = (axis_blob_t){.version = BLOB_VERSION};
     blob->rig = axis->active != NULL ? axis->active->rig : 0u;
-    copy_bytes(blob->learned, &axis->memory.state.learner, sizeof blob->learned);
+    copy_bytes(blob->learned, &axis->feedforward.learner, sizeof blob->learned);
     blob->checksum = checksum_of(blob);
 }
 
@@ -190,15 +249,15 @@ tribo_status_t axis_import(axis_t *axis, const axis_blob_t *blob)
     {
         return TRIBO_ERR_BLOB_RIG;
     }
-    const bool    was_running = axis->memory.state.mode != TRIBO_FEEDFORWARD_RESTART;
-    const force_t term        = axis->memory.state.tick.OF(term);
-    NAME(feedforward, reset)(&axis->memory.state);
-    copy_bytes(&axis->memory.state.learner, blob->learned, sizeof blob->learned);
+    const bool    was_running = axis->feedforward.mode != TRIBO_FEEDFORWARD_RESTART;
+    const force_t term        = axis->feedforward.tick.OF(term);
+    NAME(feedforward, reset)(&axis->feedforward);
+    copy_bytes(&axis->feedforward.learner, blob->learned, sizeof blob->learned);
     if (was_running) // b takes over, so that u continues with the imported weights
     {
-        NAME(force_loop, functions_t) functions;
+        loop_functions_t functions;
         NAME(feedforward, method)(&functions);
-        functions.enter(&axis->memory, term, true);
+        functions.enter(axis_memory(axis), term, true);
     }
     return TRIBO_OK;
 }

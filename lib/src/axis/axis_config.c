@@ -1,5 +1,6 @@
 #include "axis_config.h"
 
+#include "../loop/prepare.h"
 #include "../number/ieee_f32.h"
 #include "../number/ranges.h"
 
@@ -23,9 +24,21 @@ tribo_axis_controller_t tribo_pi(float kp, float ki_per_s)
     return (tribo_axis_controller_t){.kind = TRIBO_CONTROLLER_PI, .kp = kp, .ki_per_s = ki_per_s};
 }
 
+/// Static, because the address of another source's function would be an absolute one.
+static tribo_status_t make_sections(tribo_controller_f32_params_t       *made,
+                                    const tribo_controller_f32_config_t *controller,
+                                    float                                sample_time_s)
+{
+    return tribo_force_loop_f32_make_sections(made, controller, sample_time_s);
+}
+
 tribo_axis_controller_t tribo_sections(const tribo_biquad_f32_section_t *sections, uint32_t count)
 {
-    return (tribo_axis_controller_t){.kind = TRIBO_CONTROLLER_SECTIONS, .sections = sections, .section_count = count};
+    tribo_axis_controller_t controller = {.kind          = TRIBO_CONTROLLER_SECTIONS,
+                                          .sections      = sections,
+                                          .section_count = count};
+    controller.make                    = make_sections;
+    return controller;
 }
 
 tribo_axis_controller_t tribo_paper(void)
@@ -58,7 +71,7 @@ static tribo_status_t set_controller(tribo_force_loop_f32_config_t *loop, const 
     case TRIBO_CONTROLLER_SECTIONS:
         loop->controller.sections      = controller->sections;
         loop->controller.section_count = controller->section_count;
-        return TRIBO_OK;
+        return controller->make != NULL ? TRIBO_OK : TRIBO_ERR_CONTROLLER;
     case TRIBO_CONTROLLER_OWN:
         loop->pi.kp = OWN_GAIN;
         return TRIBO_OK;

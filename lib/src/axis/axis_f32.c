@@ -1,35 +1,44 @@
 #include "tribo/axis_f32.h"
 
-#include "../number/words_f32.h"
+#include "../loop/loop_f32.h"
+#include "../loop/prepare.h"
 #include "axis_config.h"
 
 #define BLOB_VERSION TRIBO_AXIS_F32_BLOB_VERSION
 
 static tribo_status_t axis_make_loop(tribo_force_loop_f32_params_t       *params,
                                      const tribo_force_loop_f32_config_t *loop,
+                                     tribo_controller_f32_make_t         *make,
                                      float                                full_scale_n)
 {
     (void)full_scale_n;
-    return tribo_force_loop_f32_init(params, loop);
+    return tribo_force_loop_f32_init_method(params, loop, make);
 }
 
 static tribo_feedforward_learned_t axis_learned(const tribo_axis_f32_t *axis, uint32_t direction)
 {
     return tribo_feedforward_f32_learned(&axis->active->loop,
-                                         &axis->memory.state,
+                                         &axis->feedforward,
                                          direction,
                                          axis->active->usual_force_n);
+}
+
+/// The functions of the feed-forward take its whole memory, and read its first member only; the motion after it belongs
+/// to the method without a force sensor.
+static tribo_feedforward_f32_memory_t *axis_memory(tribo_axis_f32_t *axis)
+{
+    return (tribo_feedforward_f32_memory_t *)&axis->feedforward;
 }
 
 /// Learns in the tick, because a processor with an FPU has the time for it.
 static void axis_learn_at_once(tribo_axis_f32_t *axis)
 {
-    (void)tribo_feedforward_f32_learn(&axis->active->loop, &axis->memory);
+    (void)tribo_feedforward_f32_learn(&axis->active->loop, axis_memory(axis));
 }
 
 static float axis_share(const tribo_axis_f32_t *axis)
 {
-    return axis->loop.guard.fade;
+    return axis->guard.fade;
 }
 
 #include "axis.h"

@@ -1,7 +1,8 @@
 #include "tribo/axis_q31.h"
 
+#include "../loop/loop_q31.h"
+#include "../loop/prepare.h"
 #include "../number/ieee_f32.h"
-#include "../number/words_q31.h"
 #include "axis_config.h"
 
 #define BLOB_VERSION TRIBO_AXIS_Q31_BLOB_VERSION
@@ -9,21 +10,29 @@
 
 static tribo_status_t axis_make_loop(tribo_force_loop_q31_params_t       *params,
                                      const tribo_force_loop_f32_config_t *loop,
+                                     tribo_controller_f32_make_t         *make,
                                      float                                full_scale_n)
 {
+    (void)make; // a PI is quantised like sections
     const tribo_force_loop_q31_config_t config = {.loop = *loop, .full_scale_n = full_scale_n};
     if (loop->usual_force_n > full_scale_n) // the report asks for friction there
     {
         return TRIBO_ERR_USUAL_FORCE;
     }
-    return tribo_force_loop_q31_init(params, &config);
+    return tribo_force_loop_q31_init_method(params, &config);
 }
 
 static tribo_feedforward_learned_t axis_learned(const tribo_axis_q31_t *axis, uint32_t direction)
 {
     const tribo_axis_q31_params_t *const params = axis->active;
     const int32_t force = (int32_t)(params->usual_force_n / params->full_scale_n * 2147483520.0f);
-    return tribo_feedforward_q31_learned(&params->loop, &axis->memory.state, direction, force);
+    return tribo_feedforward_q31_learned(&params->loop, &axis->feedforward, direction, force);
+}
+
+/// axis_f32.c explains it.
+static tribo_feedforward_q31_memory_t *axis_memory(tribo_axis_q31_t *axis)
+{
+    return (tribo_feedforward_q31_memory_t *)&axis->feedforward;
 }
 
 /// Does nothing: the background learns by tribo_axis_q31_learn.
@@ -34,7 +43,7 @@ static void axis_learn_at_once(tribo_axis_q31_t *axis)
 
 static float axis_share(const tribo_axis_q31_t *axis)
 {
-    return (float)axis->loop.guard.fade * (0.5f * PART_UNIT);
+    return (float)axis->guard.fade * (0.5f * PART_UNIT);
 }
 
 #include "axis.h"
@@ -53,5 +62,5 @@ tribo_status_t tribo_axis_q31_prepare(tribo_axis_q31_params_t       *next,
 
 bool tribo_axis_q31_learn(tribo_axis_q31_t *axis)
 {
-    return axis->active != NULL && tribo_feedforward_q31_learn(&axis->active->loop, &axis->memory);
+    return axis->active != NULL && tribo_feedforward_q31_learn(&axis->active->loop, axis_memory(axis));
 }

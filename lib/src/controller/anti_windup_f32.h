@@ -32,6 +32,12 @@ tribo_status_t tribo_controller_f32_prepare(tribo_controller_f32_params_t       
                                             const tribo_controller_f32_config_t *config,
                                             float                               *conditioned_by);
 
+/// Does the same for the section of a PI within its ranges (tribo_pi_f32_section) and accepted limits of u. Such a section
+/// is stable, and with c = 1 unless ki is too small against kp. Returns TRIBO_OK or TRIBO_ERR_ANTI_WINDUP, and writes
+/// `params` in both cases.
+tribo_status_t tribo_controller_f32_init_pi(tribo_controller_f32_params_t       *params,
+                                            const tribo_controller_f32_config_t *config);
+
 /// Puts the cascade to rest and sets the counters to 0.
 void tribo_controller_f32_reset(tribo_controller_f32_state_t *state);
 

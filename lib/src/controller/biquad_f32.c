@@ -41,6 +41,14 @@ tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,
             return status;
         }
     }
+    tribo_biquad_f32_fill(params, sections, count);
+    return TRIBO_OK;
+}
+
+void tribo_biquad_f32_fill(tribo_biquad_f32_params_t        *params,
+                           const tribo_biquad_f32_section_t *sections,
+                           uint32_t                          count)
+{
     // A step computes two sections at least, so a lone one is followed by a pass-through: b0 = 1 with zeros and poles
     // at z = 0, whose states stay exactly 0.
     params->section[1] = (tribo_biquad_f32_section_t){.b0 = 1.0f, .b1 = 2.0f, .b2 = 1.0f, .a1 = 2.0f, .a2 = 1.0f};
@@ -49,7 +57,6 @@ tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,
     {
         params->section[i] = sections[i];
     }
-    return TRIBO_OK;
 }
 
 void tribo_biquad_f32_reset(tribo_biquad_f32_state_t *state)

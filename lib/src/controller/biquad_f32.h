@@ -37,6 +37,11 @@ typedef struct
 /// Ranges of a section's numbers, b0 to a2.
 extern const tribo_parameter_t tribo_section_numbers[5];
 
+/// Copies `count` sections, which are accepted.
+void tribo_biquad_f32_fill(tribo_biquad_f32_params_t        *params,
+                           const tribo_biquad_f32_section_t *sections,
+                           uint32_t                          count);
+
 /// Checks `count` sections and copies them. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SECTION_COUNT,
 /// TRIBO_ERR_SECTION_COEFFICIENT or TRIBO_ERR_SECTION_UNSTABLE. The last two write the refused number to `refusal`,
 /// unless it is null. Writes nothing else unless TRIBO_OK.

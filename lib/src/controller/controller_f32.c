@@ -224,6 +224,16 @@ tribo_status_t tribo_controller_f32_prepare(tribo_controller_f32_params_t       
     return TRIBO_OK;
 }
 
+tribo_status_t tribo_controller_f32_init_pi(tribo_controller_f32_params_t       *params,
+                                            const tribo_controller_f32_config_t *config)
+{
+    *params = (tribo_controller_f32_params_t){.anti_windup = 1.0f / config->sections[0].b0,
+                                              .u_min_n     = config->u_min_n,
+                                              .u_max_n     = config->u_max_n};
+    tribo_biquad_f32_fill(&params->cascade, config->sections, 1);
+    return zeros_inside(&params->cascade) ? TRIBO_OK : TRIBO_ERR_ANTI_WINDUP;
+}
+
 void tribo_controller_f32_reset(tribo_controller_f32_state_t *state)
 {
     tribo_biquad_f32_reset(&state->cascade);

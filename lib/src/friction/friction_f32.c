@@ -94,6 +94,18 @@ tribo_status_t tribo_friction_f32_init(tribo_friction_f32_params_t       *params
     return TRIBO_OK;
 }
 
+tribo_status_t tribo_friction_f32_init_law(tribo_friction_f32_params_t       *params,
+                                           const tribo_friction_f32_config_t *config)
+{
+    if (!within(config->gravity_n, -TRIBO_F32_FORCE_MAX_N, TRIBO_F32_FORCE_MAX_N))
+    {
+        return TRIBO_ERR_GRAVITY;
+    }
+    *params = (tribo_friction_f32_params_t){.law       = {config->positive, config->negative},
+                                            .gravity_n = config->gravity_n + 0.0f}; // -0 would make n = -0
+    return PARAMETERS_CHECK(tribo_breakaway_parameters, config);
+}
+
 void tribo_friction_f32_reset(tribo_friction_f32_state_t *state)
 {
     state->n_n        = 0.0f;

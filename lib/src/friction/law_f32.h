@@ -17,6 +17,11 @@
 /// last.
 void tribo_friction_f32_look_up(const tribo_friction_f32_params_t *params, float load_n, float L_n[2]);
 
+/// Sets only the affine breakaways and gravity, for a method that reads nothing else. Returns TRIBO_OK or the status of
+/// the first bad one.
+tribo_status_t tribo_friction_f32_init_law(tribo_friction_f32_params_t       *params,
+                                           const tribo_friction_f32_config_t *config);
+
 /// Breakaway at load |F| by the affine law: L = offset + slope |F|.
 static inline float friction_f32_affine(const tribo_breakaway_f32_t *law, float load_n)
 {

@@ -67,7 +67,7 @@ static inline force_t loop_begin(const loop_params_t *params,
     }
     else
     {
-        e = loop_error(state, r, y);
+        e = loop_error(loop_saturated(state), r, y);
     }
     if (state->active != params)
     {

@@ -2,6 +2,7 @@
 
 #include "tribo/paper_controller.h"
 
+#include "../friction/law_f32.h"
 #include "../number/ranges.h"
 #include "loop_f32.h"
 #include "prepare.h"
@@ -89,26 +90,55 @@ static tribo_status_t name_controller(tribo_controller_f32_config_t       *contr
     return TRIBO_OK;
 }
 
-tribo_status_t tribo_force_loop_f32_prepare(tribo_force_loop_f32_params_t       *params,
-                                            const tribo_force_loop_f32_config_t *config,
-                                            tribo_controller_f32_config_t       *controller,
-                                            tribo_biquad_f32_section_t          *section)
+tribo_status_t tribo_force_loop_f32_make_sections(tribo_controller_f32_params_t       *made,
+                                                  const tribo_controller_f32_config_t *controller,
+                                                  float                                sample_time_s)
 {
-    tribo_force_loop_f32_params_t made   = {.input_max_n = config->input_max_n, .gain = config->gain};
-    tribo_status_t                status = PARAMETERS_CHECK(tribo_loop_parameters, config);
+    const tribo_status_t status = tribo_controller_f32_init(made, controller);
+    const bool           other  = magnitude(sample_time_s - TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S) > 1.0e-9f;
+    return status == TRIBO_OK && other && is_papers(controller) ? TRIBO_ERR_PAPER_SAMPLE_TIME : status;
+}
+
+/// Makes what every method needs: the ranges of the inputs, and the controller.
+static tribo_status_t make_controller(tribo_force_loop_f32_params_t       *made,
+                                      const tribo_force_loop_f32_config_t *config,
+                                      tribo_controller_f32_make_t         *make,
+                                      tribo_controller_f32_config_t       *controller,
+                                      tribo_biquad_f32_section_t          *section)
+{
+    *made                 = (tribo_force_loop_f32_params_t){.input_max_n = config->input_max_n, .gain = config->gain};
+    tribo_status_t status = PARAMETERS_CHECK(tribo_loop_parameters, config);
     if (status == TRIBO_OK)
     {
         status = name_controller(controller, section, config);
     }
     if (status == TRIBO_OK)
     {
-        status = tribo_controller_f32_init(&made.controller, controller);
+        status = make != NULL ? make(&made->controller, controller, config->sample_time_s)
+                              : tribo_controller_f32_init_pi(&made->controller, controller);
     }
-    if (status == TRIBO_OK && is_papers(controller) &&
-        magnitude(config->sample_time_s - TRIBO_PAPER_CONTROLLER_SAMPLE_TIME_S) > 1.0e-9f)
-    {
-        status = TRIBO_ERR_PAPER_SAMPLE_TIME;
-    }
+    return status;
+}
+
+/// Makes what a method other than the paper's needs.
+static tribo_status_t make_for_method(tribo_force_loop_f32_params_t       *made,
+                                      const tribo_force_loop_f32_config_t *config,
+                                      tribo_controller_f32_make_t         *make,
+                                      tribo_controller_f32_config_t       *controller,
+                                      tribo_biquad_f32_section_t          *section)
+{
+    const tribo_status_t status = make_controller(made, config, make, controller, section);
+    return status == TRIBO_OK ? tribo_friction_f32_init_law(&made->compensator.friction, &config->compensator.friction)
+                              : status;
+}
+
+tribo_status_t tribo_force_loop_f32_prepare(tribo_force_loop_f32_params_t       *params,
+                                            const tribo_force_loop_f32_config_t *config,
+                                            tribo_controller_f32_config_t       *controller,
+                                            tribo_biquad_f32_section_t          *section)
+{
+    tribo_force_loop_f32_params_t made;
+    tribo_status_t status = make_controller(&made, config, tribo_force_loop_f32_make_sections, controller, section);
     if (status == TRIBO_OK)
     {
         status = tribo_compensator_f32_init(&made.compensator, &config->compensator, config->sample_time_s);
@@ -118,6 +148,14 @@ tribo_status_t tribo_force_loop_f32_prepare(tribo_force_loop_f32_params_t       
         *params = made;
     }
     return status;
+}
+
+tribo_status_t tribo_force_loop_f32_prepare_method(tribo_force_loop_f32_params_t       *params,
+                                                   const tribo_force_loop_f32_config_t *config,
+                                                   tribo_controller_f32_config_t       *controller,
+                                                   tribo_biquad_f32_section_t          *section)
+{
+    return make_for_method(params, config, tribo_force_loop_f32_make_sections, controller, section);
 }
 
 /// Makes a method or a guard. Returns TRIBO_OK if the config names none.
@@ -132,6 +170,23 @@ static tribo_status_t make_part(const tribo_loop_part_t             *part,
     return part->make_q31 == NULL ? TRIBO_OK : TRIBO_ERR_PART;
 }
 
+/// Completes `made` by the method and the guard, and writes it to `params`.
+static tribo_status_t finish(tribo_force_loop_f32_params_t       *params,
+                             const tribo_force_loop_f32_config_t *config,
+                             tribo_force_loop_f32_params_t       *made)
+{
+    tribo_status_t status = make_part(&config->method, config, made);
+    if (status == TRIBO_OK)
+    {
+        status = make_part(&config->guard.part, config, made);
+    }
+    if (status == TRIBO_OK)
+    {
+        *params = *made;
+    }
+    return status;
+}
+
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
                                          const tribo_force_loop_f32_config_t *config)
 {
@@ -142,20 +197,19 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
     tribo_force_loop_f32_params_t made;
     tribo_controller_f32_config_t controller;
     tribo_biquad_f32_section_t    section;
-    tribo_status_t                status = tribo_force_loop_f32_prepare(&made, config, &controller, &section);
-    if (status == TRIBO_OK)
-    {
-        status = make_part(&config->method, config, &made);
-    }
-    if (status == TRIBO_OK)
-    {
-        status = make_part(&config->guard.part, config, &made);
-    }
-    if (status == TRIBO_OK)
-    {
-        *params = made;
-    }
-    return status;
+    const tribo_status_t          status = tribo_force_loop_f32_prepare(&made, config, &controller, &section);
+    return status == TRIBO_OK ? finish(params, config, &made) : status;
+}
+
+tribo_status_t tribo_force_loop_f32_init_method(tribo_force_loop_f32_params_t       *params,
+                                                const tribo_force_loop_f32_config_t *config,
+                                                tribo_controller_f32_make_t         *make)
+{
+    tribo_force_loop_f32_params_t made;
+    tribo_controller_f32_config_t controller;
+    tribo_biquad_f32_section_t    section;
+    const tribo_status_t          status = make_for_method(&made, config, make, &controller, &section);
+    return status == TRIBO_OK ? finish(params, config, &made) : status;
 }
 
 #include "step.h"

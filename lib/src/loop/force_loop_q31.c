@@ -19,22 +19,14 @@ static tribo_status_t make_part(const tribo_loop_part_t             *part,
     return part->make_f32 == NULL ? TRIBO_OK : TRIBO_ERR_PART;
 }
 
-/// Does all of the init except the method and the guard.
-static tribo_status_t prepare(tribo_force_loop_q31_params_t       *made,
-                              const tribo_force_loop_q31_config_t *config,
-                              tribo_headroom_q31_t                *headroom)
+/// Makes what every method needs from the controller and the gain that the set-up in float32 has accepted.
+static tribo_status_t make_controller(tribo_force_loop_q31_params_t       *made,
+                                      const tribo_force_loop_q31_config_t *config,
+                                      const tribo_controller_f32_config_t *controller,
+                                      tribo_headroom_q31_t                *headroom)
 {
     const tribo_force_loop_f32_config_t *const loop         = &config->loop;
     const float                                full_scale_n = config->full_scale_n;
-    tribo_force_loop_f32_params_t              f32;
-    tribo_controller_f32_config_t              controller;
-    tribo_biquad_f32_section_t                 section;
-
-    tribo_status_t status = tribo_force_loop_f32_prepare(&f32, loop, &controller, &section);
-    if (status != TRIBO_OK)
-    {
-        return status;
-    }
     if (!full_scale_ok(full_scale_n))
     {
         return TRIBO_ERR_FULL_SCALE;
@@ -43,15 +35,49 @@ static tribo_status_t prepare(tribo_force_loop_q31_params_t       *made,
     {
         return TRIBO_ERR_INPUT_MAX;
     }
-    *made  = (tribo_force_loop_q31_params_t){.input_max = fixed_input_max(loop->input_max_n, full_scale_n),
-                                             .gain      = fixed(f32.gain, LOOP_Q31_GAIN_FRACTION)};
-    status = tribo_controller_q31_init(&made->controller, &controller, full_scale_n, headroom);
+    *made = (tribo_force_loop_q31_params_t){.input_max = fixed_input_max(loop->input_max_n, full_scale_n),
+                                            .gain      = fixed(loop->gain, LOOP_Q31_GAIN_FRACTION)};
+    return tribo_controller_q31_init(&made->controller, controller, full_scale_n, headroom);
+}
+
+/// Does all of the init except the method and the guard.
+static tribo_status_t prepare(tribo_force_loop_q31_params_t       *made,
+                              const tribo_force_loop_q31_config_t *config,
+                              tribo_headroom_q31_t                *headroom)
+{
+    const tribo_force_loop_f32_config_t *const loop = &config->loop;
+    tribo_force_loop_f32_params_t              f32;
+    tribo_controller_f32_config_t              controller;
+    tribo_biquad_f32_section_t                 section;
+
+    tribo_status_t status = tribo_force_loop_f32_prepare(&f32, loop, &controller, &section);
+    if (status == TRIBO_OK)
+    {
+        status = make_controller(made, config, &controller, headroom);
+    }
     return status != TRIBO_OK ? status
                               : tribo_compensator_q31_init(&made->compensator,
                                                            config->table,
                                                            &loop->compensator,
                                                            loop->sample_time_s,
-                                                           full_scale_n);
+                                                           config->full_scale_n);
+}
+
+/// Completes `made` by the method and the guard, and writes it to `params`.
+static tribo_status_t finish(tribo_force_loop_q31_params_t       *params,
+                             const tribo_force_loop_q31_config_t *config,
+                             tribo_force_loop_q31_params_t       *made)
+{
+    tribo_status_t status = make_part(&config->loop.method, config, made);
+    if (status == TRIBO_OK)
+    {
+        status = make_part(&config->loop.guard.part, config, made);
+    }
+    if (status == TRIBO_OK)
+    {
+        *params = *made;
+    }
+    return status;
 }
 
 tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
@@ -66,22 +92,39 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     tribo_status_t                status = prepare(&made, config, &headroom);
     if (status == TRIBO_OK)
     {
-        status = make_part(&config->loop.method, config, &made);
+        status = finish(params, config, &made);
     }
-    if (status == TRIBO_OK)
-    {
-        status = make_part(&config->loop.guard.part, config, &made);
-    }
-    if (status != TRIBO_OK)
-    {
-        return status;
-    }
-    if (config->headroom != NULL)
+    if (status == TRIBO_OK && config->headroom != NULL)
     {
         *config->headroom = headroom;
     }
-    *params = made;
-    return TRIBO_OK;
+    return status;
+}
+
+tribo_status_t tribo_force_loop_q31_init_method(tribo_force_loop_q31_params_t       *params,
+                                                const tribo_force_loop_q31_config_t *config)
+{
+    const tribo_force_loop_f32_config_t *const loop = &config->loop;
+    tribo_headroom_q31_t                       headroom;
+    tribo_force_loop_q31_params_t              made;
+    tribo_force_loop_f32_params_t              f32;
+    tribo_controller_f32_config_t              controller;
+    tribo_biquad_f32_section_t                 section;
+
+    tribo_status_t status = tribo_force_loop_f32_prepare_method(&f32, loop, &controller, &section);
+    if (status == TRIBO_OK)
+    {
+        status = make_controller(&made, config, &controller, &headroom);
+    }
+    if (status == TRIBO_OK)
+    {
+        status = tribo_friction_q31_init(&made.compensator.friction,
+                                         NULL,
+                                         &loop->compensator.friction,
+                                         loop->sample_time_s,
+                                         config->full_scale_n);
+    }
+    return status == TRIBO_OK ? finish(params, config, &made) : status;
 }
 
 #include "step.h"

@@ -29,9 +29,9 @@ static inline uint32_t *loop_saturated(loop_state_t *state)
     return NULL;
 }
 
-static inline force_t loop_error(loop_state_t *state, force_t r, force_t y)
+static inline force_t loop_error(const uint32_t *saturated, force_t r, force_t y)
 {
-    (void)state;
+    (void)saturated;
     return r - y;
 }
 
@@ -85,13 +85,13 @@ static inline void loop_convert(const loop_params_t *from,
 }
 
 /// v of the caller's own controller. A bad value is counted and becomes 0.
-static inline force_t loop_credible(loop_state_t *state, force_t v)
+static inline force_t loop_credible(uint32_t *bad_inputs, force_t v)
 {
     if (!exceeds(v, TRIBO_F32_FORCE_MAX_N))
     {
         return v;
     }
-    count(&state->bad_inputs);
+    count(bad_inputs);
     return 0.0f;
 }
 

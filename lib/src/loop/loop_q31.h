@@ -31,9 +31,9 @@ static inline uint32_t *loop_saturated(loop_state_t *state)
     return &state->saturated;
 }
 
-static inline force_t loop_error(loop_state_t *state, force_t r, force_t y)
+static inline force_t loop_error(uint32_t *saturated, force_t r, force_t y)
 {
-    return tribo_q31_subtract(r, y, &state->saturated);
+    return tribo_q31_subtract(r, y, saturated);
 }
 
 /// gain f^: the term of the paper's method. Q29 x Q31, rounded down to Q31.
@@ -91,9 +91,9 @@ static inline void loop_convert(const loop_params_t *from,
 }
 
 /// v of the caller's own controller. Every int32_t is a valid value.
-static inline force_t loop_credible(const loop_state_t *state, force_t v)
+static inline force_t loop_credible(const uint32_t *bad_inputs, force_t v)
 {
-    (void)state;
+    (void)bad_inputs;
     return v;
 }
 

@@ -19,7 +19,7 @@ force_t loop_own_command(const loop_params_t *params, loop_state_t *state, force
 
     loop_functions_t functions;
     loop_signals_t   signals;
-    const force_t    output = loop_credible(state, v);
+    const force_t    output = loop_credible(&state->bad_inputs, v);
     force_t          sum    = output;
     if (memory != NULL)
     {

@@ -4,6 +4,7 @@
 #define TRIBO_LOOP_PREPARE_H
 
 #include "tribo/force_loop_f32.h"
+#include "tribo/force_loop_q31.h"
 #include "tribo/status.h"
 
 /// Does all of tribo_force_loop_f32_init except the method and the guard. Writes the config's controller to
@@ -13,5 +14,30 @@ tribo_status_t tribo_force_loop_f32_prepare(tribo_force_loop_f32_params_t       
                                             const tribo_force_loop_f32_config_t *config,
                                             tribo_controller_f32_config_t       *controller,
                                             tribo_biquad_f32_section_t          *section);
+
+/// Makes a controller of sections or a PI's only section. Returns TRIBO_OK or the status of the first bad field.
+typedef tribo_status_t(tribo_controller_f32_make_t)(tribo_controller_f32_params_t       *made,
+                                                    const tribo_controller_f32_config_t *controller,
+                                                    float                                sample_time_s);
+
+/// Makes any controller, with all of the checks of tribo_force_loop_f32_init.
+tribo_controller_f32_make_t tribo_force_loop_f32_make_sections;
+
+/// Does what tribo_force_loop_f32_prepare does, for a config that names a method, without linking the paper's. Of the compensator's params it sets
+/// the breakaway and gravity, which other methods read; it does not check the arm. `params` may be written in any case.
+tribo_status_t tribo_force_loop_f32_prepare_method(tribo_force_loop_f32_params_t       *params,
+                                                   const tribo_force_loop_f32_config_t *config,
+                                                   tribo_controller_f32_config_t       *controller,
+                                                   tribo_biquad_f32_section_t          *section);
+
+/// Does what tribo_force_loop_f32_init does, for a config that names a method, without linking the paper's. `make` is
+/// tribo_force_loop_f32_make_sections, or null for a PI with accepted limits of u, which needs little of the check.
+tribo_status_t tribo_force_loop_f32_init_method(tribo_force_loop_f32_params_t       *params,
+                                                const tribo_force_loop_f32_config_t *config,
+                                                tribo_controller_f32_make_t         *make);
+
+/// Does what tribo_force_loop_q31_init does, for a config that names a method, without linking the paper's.
+tribo_status_t tribo_force_loop_q31_init_method(tribo_force_loop_q31_params_t       *params,
+                                                const tribo_force_loop_q31_config_t *config);
 
 #endif
