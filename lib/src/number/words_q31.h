@@ -7,6 +7,11 @@
 
 #include "first_order_q31.h"
 
+#if defined(__GNUC__) && defined(__ARM_FEATURE_DSP) && !defined(TRIBO_PORTABLE_BUILTINS)
+#define SATURATING_INSTRUCTIONS // a sum or a difference is one instruction, with the same result
+#include <arm_acle.h>
+#endif
+
 #define NAME(noun, name)  tribo_##noun##_q31_##name
 #define INNER(noun, name) noun##_q31_##name
 #define OF(member)        member
@@ -16,6 +21,20 @@ typedef int64_t  wide_t;  ///< a sum or a product that needs more than 32 bits
 typedef uint32_t fade_t;  ///< Q32
 
 #define ALL UINT32_MAX
+
+#ifdef SATURATING_INSTRUCTIONS
+
+static inline force_t plus(force_t a, force_t b)
+{
+    return __qadd(a, b);
+}
+
+static inline force_t minus(force_t a, force_t b)
+{
+    return __qsub(a, b);
+}
+
+#else
 
 static inline force_t plus(force_t a, force_t b)
 {
@@ -28,6 +47,8 @@ static inline force_t minus(force_t a, force_t b)
     uint32_t not_counted = 0;
     return tribo_q31_subtract(a, b, &not_counted);
 }
+
+#endif
 
 static inline force_t narrow(wide_t x)
 {
