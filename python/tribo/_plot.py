@@ -109,7 +109,7 @@ def plot(runs: Sequence[Mapping[str, Array]], names: Sequence[str], path: str | 
         raise ValueError("one picture cannot show both a force and a position")
     try:
         from matplotlib import pyplot
-        from tribo_plot import look  # type: ignore[import-untyped]
+        from tribo_plot import look, output  # type: ignore[import-untyped]
     except ImportError as error:
         raise ImportError(f"plot() needs matplotlib: pip install matplotlib ({error})") from error
     with pyplot.rc_context({**look.STYLE, "font.size": 9}):
@@ -127,7 +127,8 @@ def plot(runs: Sequence[Mapping[str, Array]], names: Sequence[str], path: str | 
         rows[-1].set_xlabel("time (s)")
         rows[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(runs) + 1, borderaxespad=0.1, fontsize=8)
         if path is not None:
-            figure.savefig(path, dpi=130)
+            with output.replaced(path) as new:
+                figure.savefig(new, dpi=130)
     return figure
 
 

@@ -4,11 +4,14 @@ import json
 import os
 import re
 import shutil
+import stat
 import subprocess
+import sys
 
 import pytest
 from conftest import PAPER, ROOT
 
+from tribo_design import output
 from tribo_design.cli import main
 
 
@@ -376,3 +379,71 @@ def test_the_worked_example_is_what_the_readme_says(run, tmp_path):
     assert data["metrics"]["full"]["gamma"] == pytest.approx(0.966, abs=0.001)
     assert data["metrics"]["q31"]["gamma"] == pytest.approx(0.966, abs=0.001)
     assert run("check", tmp_path / "out")[0] == 0
+
+
+@pytest.fixture
+def earlier(tmp_path):
+    """An earlier output."""
+    (tmp_path / "out/plots").mkdir(parents=True)
+    for name in ("DESIGN.yaml", "report.md", "report.html", "plots/a.png"):
+        (tmp_path / "out" / name).write_text("old")
+    return tmp_path / "out"
+
+
+FILES = {"DESIGN.yaml": b"new", "report.md": b"new", "report.html": b"new", "plots/a.png": b"new"}
+
+
+def test_an_output_that_is_replaced_keeps_its_modes(earlier):
+    for path, mode in ((earlier, 0o2750), (earlier / "report.md", 0o600), (earlier / "plots/a.png", 0o640)):
+        path.chmod(mode)
+    output.write_directory(earlier, FILES)
+    assert [stat.S_IMODE((earlier / name).stat().st_mode) for name in ("", "report.md", "plots/a.png")] == [0o2750, 0o600, 0o640]
+    assert all((earlier / name).read_bytes() == b"new" for name in FILES) and list(earlier.parent.iterdir()) == [earlier]
+
+
+def test_a_new_output_has_the_mode_of_any_new_directory(tmp_path):
+    mask = os.umask(0o027)
+    try:
+        output.write_directory(tmp_path / "out", FILES)
+    finally:
+        os.umask(mask)
+    assert [stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("out", "out/report.md")] == [0o750, 0o640]
+
+
+@pytest.mark.parametrize("name", ["report.md", "plots/a.png", "plots", ""])
+def test_an_output_with_a_read_only_part_is_refused_before_the_work(earlier, run, name):
+    path = earlier / name
+    path.chmod(0o555 if path.is_dir() else 0o444)
+    code, out, err = run("synthesize", PAPER, "--out", earlier, "--no-plots")
+    path.chmod(0o755)
+    assert (code, out) == (2, "") and err.endswith(f"tribo-design: --out {earlier}: cannot be replaced: {path} is read-only\n")
+    assert all((earlier / one).read_bytes() == b"old" for one in FILES)
+
+
+def test_a_link_to_an_output_stays_a_link(earlier):
+    link = earlier.parent / "link"
+    link.symlink_to("out")
+    output.write_directory(link, FILES)
+    assert os.readlink(link) == "out" and (earlier / "report.md").read_bytes() == b"new" and sorted(earlier.parent.iterdir()) == [link, earlier]
+
+
+@pytest.mark.parametrize("words", [("--help",), ("--version",), ("compare", "--help"), ("tune",)])
+def test_output_that_is_lost_is_an_error(words):
+    for program in ("tribo_design", "tribo_identify", "tribo_rig"):
+        if words[0] in ("compare", "tune") and program != "tribo_design":
+            continue
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([sys.executable, "-B", "-m", program, *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        assert (done.returncode, done.stderr) == (1, f"{program.replace('_', '-')}: standard output: cannot be written: No space left on device\n")
+
+
+def test_structures_without_a_design_file_are_refused(run, tmp_path):
+    code, _, err = run("compare", tmp_path, "--structures", "pi")
+    assert code == 2 and err.startswith("tribo-design: --structures: is of design files")
+
+
+def test_a_step_whose_height_is_known_takes_no_step_size(run, tmp_path):
+    log = tmp_path / "step.csv"
+    log.write_text("t_s,u_N,F_N\n" + "".join(f"{k / 1000:g},{float(k >= 100):g},{0.8 * (1 - 0.99 ** max(k - 100, 0)):.6g}\n" for k in range(1000)))
+    code, out, err = run("identify-plant", log, "--step-size", 2, "--out", tmp_path / "out")
+    assert code == 2 and out == "" and "--step-size: step.csv has a u that moves" in err and not (tmp_path / "out").exists()

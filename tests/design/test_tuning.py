@@ -31,7 +31,7 @@ def test_noise_rig_and_tick_count(capsys):
 
 
 def test_what_cannot_be_is_refused_by_name(capsys):
-    for arguments, exit_code, text in ((("--noise", "-1"), 2, "--noise: -1, allowed are 0"), (("--slope", "nan"), 2, "--slope: nan"),
+    for arguments, exit_code, text in ((("--noise", "-1"), 2, "--noise: -1, allowed are 0"), (("--slope", "nan"), 2, "--slope: value nan"),
                                        (("--sample-time", "1"), 1, "sample_time_s: 1e-6 to 0.1 s"), (("--stiffness", "1e9"), 1, "arm: ")):
         assert main(["tune", *arguments]) == exit_code
         assert text in capsys.readouterr().err

@@ -534,3 +534,30 @@ def test_levels_that_noise_hides_are_told_how_many_would_do():
         else:
             assert all(refused(values | {"levels": levels}) for levels in range(4, values["levels"]))
     assert min(told.values()) > 100
+
+
+@pytest.mark.parametrize("words, why", [
+    (("--arith", "q31"), "--arith: is of loop_params.h, which needs --scenario"), (("--arith", "f32", "--out", "out"), "--arith: is of loop_params.h"),
+    (("--scenario", "loop.yaml"), "--scenario: is for loop.yaml and loop_params.h, which need --out"),
+    (("--assume", "symmetric"), "--assume: 80.csv has no force"), (("--actuator", "0"), "--actuator: 80.csv has no force"), (("--sensor", "60"), "--sensor: 80.csv has no force"),
+    (("--lag", "0.01"), "--lag: 80.csv has no force"), (("--scenario", "loop.yaml", "--out", "out"), "--scenario: 80.csv has no force")])
+def test_options_without_effect_are_refused(tmp_path, capsys, monkeypatch, words, why):
+    monkeypatch.chdir(tmp_path)
+    strokes(tmp_path / "80.csv", 80, 2)
+    (tmp_path / "loop.yaml").write_text("duration_s: 1\n")
+    status, out, err = identify(capsys, "friction", "80.csv", *words)
+    assert (status, out) == (2, "") and err.splitlines()[-1].startswith(f"tribo-identify: {why}")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["80.csv", "loop.yaml"]
+
+
+def test_a_scenario_in_a_folder_that_takes_no_files_is_found_before_the_work(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("tribo_identify.command_friction.logs.read", lambda *_: pytest.fail("the logs are read"))
+    status, out, err = identify(capsys, "friction", "80.csv", "--scenario", "/proc/loop.yaml", "--out", tmp_path / "out")
+    assert (status, out) == (2, "") and "/proc/.loop.identified.yaml: cannot be written: " in err and list(tmp_path.iterdir()) == []
+
+
+def test_options_of_the_other_step_of_accept_are_refused(tmp_path, capsys):
+    loop = ROOT / "host_sim/scenarios/triangle.yaml"
+    for words, why in ((("--low", "0.1", "--high", "1", "--column", "u=x"), "--column: is how logs are read, and none is given"), (("--off", "a.csv", "--low", "0.1"), "--low: the logs have the range")):
+        status, out, err = identify(capsys, "accept", loop, *words, "--out", tmp_path / "out")
+        assert (status, out) == (2, "") and err.splitlines()[-1].startswith(f"tribo-identify: {why}") and list(tmp_path.iterdir()) == []

@@ -54,6 +54,28 @@ def test_what_leads_nowhere_or_cannot_be_looked_at_is_not_absent(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["rig.yaml"]
 
 
+def test_a_place_that_takes_no_file_is_found_before_the_work(tmp_path):
+    """A folder of somebody else where the result goes, and a file to play that is read-only."""
+    def refused():
+        before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+        said = subprocess.run([sys.executable, "-m", "tribo_rig", tmp_path], capture_output=True, text=True, check=False)
+        assert said.returncode == 2 and said.stdout == "" and {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+        return said.stderr
+
+    (tmp_path / "rig.yaml").write_text("sample_time_s: 1e-3\nforce: {low_N: 0, high_N: 10}\n")
+    (tmp_path / "1-ramp.csv").write_text("mine")
+    (tmp_path / "1-ramp.csv").chmod(0o444)
+    assert refused().splitlines()[-1] == f"tribo-rig: {tmp_path / '1-ramp.csv'}: cannot be written: it is read-only"
+    (tmp_path / "result").mkdir()
+    (tmp_path / "result/notes.txt").write_text("mine")
+    (tmp_path / "1-ramp-log.csv").write_text("not even read\n")
+    assert "has other files in it (notes.txt)" in refused()
+    (tmp_path / "rig.yaml").unlink()
+    (tmp_path / "joint.yaml").write_text("sample_time_s: 1e-3\neffort_max: 3\n")
+    (tmp_path / "sine-log.csv").write_text("not even read\n")
+    assert "has other files in it (notes.txt)" in refused()
+
+
 def test_the_pages_rig_is_found(played):
     """Friction, scale and whole lag of tests/rig/bench.py."""
     found = json.loads((played[0] / "build/bench/result/verdict.json").read_text())

@@ -2,11 +2,11 @@
 
 import argparse
 import importlib.util
-import os
+import math
 import sys
 from pathlib import Path
 
-from . import panels, runs
+from . import output, panels, runs
 from .runs import PlotError
 from .version import add_option
 
@@ -41,19 +41,35 @@ def best_first(all_runs):
     return sorted(all_runs, key=lambda run: run.summary["rms_error_N"])
 
 
+def check_effects(options, is_sweep):
+    """Refuses options that would change nothing in the picture."""
+    for name, value in (("from", options.start_s), ("to", options.end_s)):
+        if value is not None and not math.isfinite(value):
+            raise PlotError(f"--{name} {value:g}: a time in s is expected")
+    if options.start_s is not None and options.end_s is not None and not options.start_s < options.end_s:
+        raise PlotError(f"--from {options.start_s:g} --to {options.end_s:g}: the first time must be the smaller one")
+    given = [name for name, is_given in (("from", options.start_s is not None), ("to", options.end_s is not None), ("name", options.name), ("all", options.all)) if is_given]
+    if is_sweep and given:
+        raise PlotError(f"--{given[0]}: a sweep has neither times nor runs to name, and is drawn whole")
+    if options.all and options.out.suffix == ".mcap":
+        raise PlotError("--all: an .mcap file has all columns without it")
+    if len(options.name) > len(options.paths):
+        raise PlotError(f"--name {options.name[len(options.paths)]}: there are {len(options.name)} names for {len(options.paths)} run{'s' * (len(options.paths) > 1)}")
+
+
 def draw(options):
     if options.out.suffix not in SUFFIXES:
         raise PlotError(f"--out {options.out}: a name that ends in {', '.join(SUFFIXES)} is expected")
-    if not options.out.absolute().parent.is_dir():
-        raise PlotError(f"--out {options.out}: there is no such folder")
     for path in options.paths:
         if not runs.is_there(path):
             raise PlotError(f"{path}: there is none")
         if path.is_file() and options.out.exists() and path.samefile(options.out):
             raise PlotError(f"--out {options.out} is the same file as {path}")
+    output.check_place(options.out)
     are_sweeps = [runs.is_sweep(path) for path in options.paths]
     if any(are_sweeps) and len(options.paths) > 1:
         raise PlotError("a sweep is drawn alone")
+    check_effects(options, any(are_sweeps))
     if options.out.suffix == ".mcap":
         if any(are_sweeps):
             raise PlotError(f"--out {options.out}: a sweep has no rows over time; .png, .svg or .html shows it")
@@ -64,15 +80,8 @@ def draw(options):
             f"{sys.executable} has no matplotlib, which draws {options.out.suffix}: `tools/setup plot` or `apt install "
             "python3-matplotlib` installs it, in an environment of your own `pip install matplotlib`"
         )
-    # Under another name until it is whole.
-    temporary = options.out.with_name(f".{options.out.stem}.{os.getpid()}{options.out.suffix}")
-    try:
-        _draw_into(options, any(are_sweeps), temporary)
-        temporary.replace(options.out)
-    except OSError as error:
-        raise PlotError(f"{options.out}: cannot be written: {error.strerror}") from None
-    finally:
-        temporary.unlink(missing_ok=True)
+    with output.replaced(options.out) as new:
+        _draw_into(options, any(are_sweeps), new)
 
 
 def _draw_into(options, is_sweep, out):
@@ -101,10 +110,14 @@ def _draw_into(options, is_sweep, out):
 
 
 def main(arguments=None):
+    return output.run("tribo-plot", _main, arguments)
+
+
+def _main(arguments):
     options = parse(arguments)
     try:
         draw(options)
-    except PlotError as error:
+    except (PlotError, output.PlaceError) as error:
         print(f"tribo-plot: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

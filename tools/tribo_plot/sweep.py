@@ -5,10 +5,12 @@ import re
 import sys
 from pathlib import Path
 
+from . import output
 from .runs import PlotError
 from .version import add_option
 
 PROGRAM = "tribo-sweep"
+REPORT = ("report.md", "ratio.png", "rms.png", "chatter.png")
 QUANTILES = (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1)
 
 
@@ -34,6 +36,12 @@ def parse(arguments):
         parser.error("--out DIR or --row ROW is expected, one of them")
     if options.report and options.shard:
         parser.error("--report is of all rows, --shard of some")
+    if options.row is not None:
+        for name in ("workers", "shard", "scheduler", "report"):
+            if getattr(options, name):
+                parser.error(f"--{name}: --row plays nothing")
+    if options.workers is not None and options.scheduler:
+        parser.error("--workers is of this machine, --scheduler has its own")
     return options
 
 
@@ -63,6 +71,9 @@ def play(options):
         import distributed
 
         client = distributed.Client(options.scheduler)
+    for path in (options.out / name for name in REPORT if options.report):
+        if path.exists():
+            output.check_place(path)
     frame = tribo.sweep(study, options.out, workers=options.workers, shard=options.shard, executor=client)
     show(frame)
     if options.shard is None:
@@ -76,10 +87,16 @@ def play(options):
 
 
 def main(arguments=None):
+    return output.run(PROGRAM, _main, arguments)
+
+
+def _main(arguments):
     options = parse(arguments)
     try:
         return play(options)
     except (ValueError, OSError, ImportError, PlotError) as error:
+        if isinstance(error, OSError) and output.is_lost(error):
+            raise
         print(f"{PROGRAM}: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Patch
 
-from . import page
+from . import output, page
 from .look import GUIDE, STYLE, WITHOUT
 from .look import PAPER as WITH
 from .panels import Line, Panel
@@ -236,7 +236,8 @@ def report(frame, folder):
     figures = figures_of(sweep)
     for name, make in figures.items():
         figure = make()
-        figure.savefig(folder / f"{name}.png", metadata={"Software": None})
+        with output.replaced(folder / f"{name}.png") as new:
+            figure.savefig(new, metadata={"Software": None})
         plt.close(figure)
-    (folder / "report.md").write_text(report_of(sweep), encoding="utf-8")
+    output.write(folder / "report.md", report_of(sweep))
     return [folder / "report.md", *(folder / f"{name}.png" for name in figures)]

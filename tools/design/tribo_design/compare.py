@@ -20,6 +20,8 @@ def command(options):
     for name in wanted:
         if name not in (None, "full", *STRUCTURES):
             raise InputError(f"--structures: value {name!r}: must be some of full, {', '.join(STRUCTURES)}, with commas between")
+    if options.structures and all(Path(path).is_dir() for path in options.designs):
+        raise InputError("--structures: is of design files, and only directories are given, whose structure is made already")
     rows, refused, notes = [], [], []
     for path in options.designs:
         directory = Path(path).is_dir()

@@ -4,6 +4,8 @@ import math
 import os
 import sys
 
+from tribo_plot import output
+
 from . import progress
 
 
@@ -74,6 +76,10 @@ CAUSES = (
 
 def run_command(program, run, argv):
     """run(argv), its exit status; errors in the user's terms, and what takes long says so."""
+    return output.run(program, _run_command, program, run, argv)
+
+
+def _run_command(program, run, argv):
     try:
         with progress.shown(program):
             return run(argv)
@@ -88,10 +94,12 @@ def run_command(program, run, argv):
     except KeyboardInterrupt:
         print(f"{program}: interrupted", file=sys.stderr)
         return 130
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
+    except output.PlaceError as error:
+        print(f"{program}: {error}", file=sys.stderr)
+        return InputError.exit_code
     except Exception as error:  # noqa: BLE001 - never a traceback; TRIBO_DESIGN_DEBUG=1 shows it to a developer
+        if isinstance(error, OSError) and output.is_lost(error):
+            raise
         if os.environ.get("TRIBO_DESIGN_DEBUG"):
             raise
         print(f"{program}: internal error ({type(error).__name__}: {error}); please report it with its input files. TRIBO_DESIGN_DEBUG=1 shows where", file=sys.stderr)

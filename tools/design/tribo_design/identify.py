@@ -77,6 +77,8 @@ def data_of(log, step_size=None):
         raise InputError(f"{s.file}: there is no force: name its column (--column F=...)")
     if step_size is not None and not (np.isfinite(step_size) and step_size != 0):
         raise InputError(f"--step-size: value {step_size:g}: must be finite and not 0")
+    if step_size is not None and np.ptp(s.u) > 0:
+        raise InputError(f"--step-size: {s.file} has a u that moves, so the height of the step is known; leave the option out")
     if not SAMPLES_MIN <= len(s.t) <= SAMPLES_MAX:
         raise InputError(f"{s.file}: {len(s.t)} samples; must be {SAMPLES_MIN} to {SAMPLES_MAX}")
     u = s.u if step_size is None else np.full(len(s.t), float(step_size))
@@ -910,12 +912,12 @@ def _from_levels(found, data, friction, remarks):
 def command(options):
     if options.order is not None and not 1 <= options.order <= ORDER_MAX:
         raise InputError(f"--order: value {options.order}: must be at least 1 and at most {ORDER_MAX}")
-    log = read_step(options)
-    data = data_of(log, options.step_size)
     if options.out:
         from .output import check_replaceable
 
         check_replaceable(options.out, NAMES)
+    log = read_step(options)
+    data = data_of(log, options.step_size)
     found, record, best = identify(data, options.order, options.no_friction)
     text = "\n".join([describe(found), *(f"note  {remark}" for remark in log.remarks)])
     print(text)

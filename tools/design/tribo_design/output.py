@@ -1,12 +1,16 @@
 """Output directories that are either whole or not there."""
 
+import contextlib
 import io
 import os
 import shutil
+import stat
 import tempfile
 from pathlib import Path
 
 import ruamel.yaml
+
+from tribo_plot.output import is_protected
 
 from .errors import InputError
 
@@ -28,20 +32,33 @@ def _is_named(file, names):
 
 def check_replaceable(out, names=DESIGN):
     """Only an empty directory or an earlier output may be replaced: one that has nothing but files of these names, and of
-    those without a wildcard all."""
+    those without a wildcard all, and that nobody has made read-only."""
     out = Path(out)
-    if out.is_symlink() or (out.exists() and not out.is_dir()):
+    if out.exists() and not out.is_dir():
         raise InputError(f"--out {out}: exists and is not a directory")
     files = sorted(p.relative_to(out) for p in out.rglob("*") if p.is_symlink() or not p.is_dir())
     is_output = all((out / n).is_file() for n in names if "*" not in n)
     others = [f for f in files if not (is_output and _is_named(f, names))]
     if others:
         raise InputError(f"--out {out}: has other files in it ({others[0]}); give an empty or a new directory")
+    for path in [out, *out.rglob("*")] if out.exists() else ():
+        if is_protected(path.stat()):
+            raise InputError(f"--out {out}: cannot be replaced: {path} is read-only")
     parent = out.resolve().parent
     while not parent.exists() and parent != parent.parent:
         parent = parent.parent
     if not parent.is_dir() or not os.access(parent, os.W_OK):
         raise InputError(f"--out {out}: {parent} is not a directory that can be written to")
+
+
+def _keep_mode(new, old):
+    """Gives a file or a directory the mode and the owner of the one that it replaces."""
+    if old.exists():
+        info = old.stat()
+        new.chmod(stat.S_IMODE(info.st_mode))
+        if (info.st_uid, info.st_gid) != (new.stat().st_uid, new.stat().st_gid):
+            with contextlib.suppress(PermissionError):
+                os.chown(new, info.st_uid, info.st_gid)
 
 
 def write_directory(out, files, names=DESIGN):
@@ -56,7 +73,11 @@ def write_directory(out, files, names=DESIGN):
             path = fresh / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)
-        fresh.chmod(0o755)
+            _keep_mode(path, out / name)
+        mask = os.umask(0)
+        os.umask(mask)
+        fresh.chmod(0o777 & ~mask)
+        _keep_mode(fresh, out)
         if out.exists():
             old = Path(tempfile.mkdtemp(prefix=f".{out.name}.old.", dir=out.parent))
             out.rename(old / "old")

@@ -296,13 +296,23 @@ def _option(case):
     return "--old-log" if case == "old" else f"--{case}"
 
 
+def _check_options(options):
+    """Refuses options of the other step: without logs it writes a sequence, with logs it judges."""
+    has_logs = any(getattr(options, case) for case in CASES) or options.old_log
+    for name in ("low", "high") if has_logs else ("column", "unit", "scale", "bias", "resample", "gap"):
+        if getattr(options, name) not in (None, []):
+            raise InputError(f"--{name}: " + ("the logs have the range of the sequence" if has_logs else "is how logs are read, and none is given"))
+
+
 def command(options):
+    _check_options(options)
     loop = load(options.loop)
     old = load(options.old) if options.old else None
     paths = {case: getattr(options, case) for case in CASES} | ({"old": options.old_log} if old else {})
     if options.old_log and not old:
         raise InputError("--old: must be given with --old-log")
-    if not any(paths.values()):
+    has_logs = any(paths.values())
+    if not has_logs:
         check_range(options.low, options.high)
         files = {f"{case}.yaml": yaml_text(case_of(old if case == "old" else loop, case, options.low, options.high)).encode() for case in paths}
         write_directory(options.out, files, SEQUENCE)

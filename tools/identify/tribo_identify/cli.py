@@ -49,7 +49,7 @@ def _add_friction(commands):
     command.add_argument("--assume", choices=("symmetric", "calibrated"),
                          help="symmetric: L+ = L-, and scale and bias of u are fitted; calibrated: u is right, and L+ and L- are fitted (without it: symmetric, but values are weak if the scale is not 1)")
     command.add_argument("--scenario", metavar="BASE.yaml", help="loop of your rig, as tribo-design writes it; its friction is replaced")
-    command.add_argument("--arith", choices=("f32", "q31"), default="f32", help="arithmetic of loop_params.h (f32)")
+    command.add_argument("--arith", choices=("f32", "q31"), help="arithmetic of loop_params.h (f32)")
     for name, unit, what in (("actuator", "RAD/S", "pole of the actuator; 0: none (without these three options their lags are found together)"), ("sensor", "RAD/S", "pole of the force sensor; 0: none"),
                              ("lag", "S", "lag of the arm, b/K")):
         add_number(command, f"--{name}", metavar=unit, help=what)

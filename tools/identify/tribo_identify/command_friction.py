@@ -7,6 +7,7 @@ import numpy as np
 from tribo_design.errors import InputError
 from tribo_design.output import check_replaceable, write_directory, yaml_text
 from tribo_design.reading import printable, read_mapping
+from tribo_plot import output
 
 from . import friction, logs, native, report, strokes
 
@@ -28,9 +29,26 @@ def rig_of(options):
     return rig
 
 
-def run(options):
+def _check_options(options):
+    """Refuses options that others make useless, and a place that takes no file, before the logs are read."""
+    if options.arith and not options.scenario:
+        raise InputError("--arith: is of loop_params.h, which needs --scenario")
+    if options.scenario and not options.out:
+        raise InputError("--scenario: is for loop.yaml and loop_params.h, which need --out")
     if options.out:
         check_replaceable(options.out, NAMES)
+    if options.scenario:
+        output.check_place(_trial(options))
+
+
+def _trial(options):
+    """The file that tribo-sim checks: in the folder of the scenario, because the scenario may name files."""
+    base = Path(options.scenario).resolve()
+    return base.with_name(f".{base.stem}.identified.yaml")
+
+
+def run(options):
+    _check_options(options)
     base = read_mapping(options.scenario, "rt") if options.scenario else None
     log = logs.read(options.logs, logs.arguments_of(options))
     if all(s.force is None for s in log.segments):
@@ -91,16 +109,15 @@ def _loop(tree, result, options):
     """Returns the files of the rig's loop with this friction, checked by the library, and its parameters for the drive."""
     if tree is None:
         return {}
-    base = Path(options.scenario).resolve()
     tree.setdefault("compensator", {})["friction"] = mapping_of(result)
     tree["plant"] = _plant(tree.get("plant") or {}, result, options)
     if options.sensor:
         tree["sensor"] = (tree.get("sensor") or {}) | {"pole_rad_per_s": options.sensor}
     text = yaml_text(tree)
-    trial = base.with_name(f".{base.stem}.identified.yaml")  # in the same folder, because the scenario may name files
+    trial = _trial(options)
     try:
         trial.write_text(text, encoding="utf-8")
-        header, _ = native.run_tribo_sim("params", trial, "--arith", options.arith, "--name", "loop")
+        header, _ = native.run_tribo_sim("params", trial, "--arith", options.arith or "f32", "--name", "loop")
     finally:
         trial.unlink(missing_ok=True)
     return {"loop.yaml": text.encode(), "loop_params.h": header.replace(trial.name, "loop.yaml").encode()}
@@ -113,6 +130,9 @@ def _standard_error(repeats):
 def _strokes(log, options):
     if any(s.position is None and s.speed is None for s in log.segments):
         raise InputError(f"{options.logs[0]}: has no force: name its column (--column F=...); for strokes at speed, name that of the position or the speed (--column x=... or --column v=...)")
+    for name in ("assume", "actuator", "sensor", "lag", "scenario"):
+        if getattr(options, name) is not None:
+            raise InputError(f"--{name}: {options.logs[0]} has no force, and friction of strokes has no use for it")
     law = strokes.identify(log)
     lines = [f"{v.file}{v.when}: load {v.load:.5g} N, friction {v.friction:.4g} N, {len(v.repeats)} pair{'s' * (len(v.repeats) > 1)} of strokes, {_standard_error(v.repeats)}" for v in law.levels]
     if law.is_table:

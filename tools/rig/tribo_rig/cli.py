@@ -20,6 +20,7 @@ import re
 from pathlib import Path
 
 from tribo_design.errors import DesignError, InputError, run_command
+from tribo_plot import output
 from tribo_plot.version import add_option
 
 NAMES = ("report.html", "loop.yaml", "*_params.h", "registers.txt", "verdict.json")
@@ -82,9 +83,9 @@ def _run(argv):
 def _begin(path, template, what):
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(template.read_text(encoding="utf-8"), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+    output.write(path, template.read_text(encoding="utf-8"))
     return _say(f"Wrote {path}: fill in {what}.", f"Then run: tribo-rig {path.parent}")
 
 
@@ -98,6 +99,7 @@ def _go_on(folder, rig):
 
     from . import experiments
 
+    check_replaceable(folder / "result", NAMES)
     ramp = experiments.ramp(rig)
     log = _log(folder, ramp, rig, "It goes slowly up and down, to half of the safe forces: keep a hand on the emergency stop.")
     if log is None:
@@ -108,7 +110,6 @@ def _go_on(folder, rig):
     log = _log(folder, slides, rig, "Steps and slow slides, which stay within the safe forces by the scale from the ramp.")
     if log is None:
         return 0
-    check_replaceable(folder / "result", NAMES)
     from . import results
 
     digest = hashlib.sha256(b"".join((folder / name).read_bytes() for name in ("rig.yaml", "1-ramp-log.csv", "2-slides-log.csv"))).hexdigest()
@@ -126,7 +127,7 @@ def _log(folder, made, rig, what):
 
     played, path = folder / f"{made.name}.csv", folder / f"{made.name}-log.csv"
     if not is_there(path):
-        played.write_text(made.csv(rig.command_per_N), encoding="ascii")
+        output.write(played, made.csv(rig.command_per_N))
         _say(f"Play {played} as the command, one row every {rig.sample_time_s:g} s for {made.time[-1]:.0f} s: {min(made.u):.3g} to {max(made.u):.3g} N. {what}",
              f"Save the log (time, command, force; one row per tick) as {path}, then run: tribo-rig {folder}")
         return None

@@ -1,0 +1,136 @@
+"""Result files that are whole or as they were, and standard output that is whole or an error. Only the standard library, for every tool in Python."""
+
+import contextlib
+import errno
+import os
+import shutil
+import stat
+import sys
+import tempfile
+from pathlib import Path
+
+
+class PlaceError(OSError):
+    """A result cannot go where it shall. The text names the place and the reason."""
+
+
+def is_protected(info):
+    """Whether nobody may write a file. Permissions do not bind root, but this is somebody's intent."""
+    return not stat.S_IMODE(info.st_mode) & 0o222
+
+
+def check_place(path):
+    """Raises PlaceError if no file can be written at `path`; called before long work whose result goes there."""
+    path = Path(path)
+    try:
+        try:
+            info = path.stat()
+        except FileNotFoundError:
+            with tempfile.TemporaryFile(dir=Path(os.path.realpath(path)).parent):
+                return
+        if stat.S_ISDIR(info.st_mode):
+            raise PlaceError(f"{path}: cannot be written: Is a directory")
+        if stat.S_ISREG(info.st_mode) and is_protected(info):
+            raise PlaceError(f"{path}: cannot be written: it is read-only")
+        if not os.access(path, os.W_OK):
+            raise PlaceError(f"{path}: cannot be written: Permission denied")
+    except PlaceError:
+        raise
+    except OSError as error:
+        raise PlaceError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+@contextlib.contextmanager
+def replaced(path):
+    """Yields a new path with the ending of `path`. What is written there takes the place of `path` if nothing is raised; a file that exists keeps its mode, its
+    owner, its other names and what links to it. Raises PlaceError."""
+    check_place(path)
+    place = Path(os.path.realpath(path))
+    with _folder_next_to(place) as folder:
+        new = Path(folder) / place.name
+        try:
+            yield new
+            _put(new, place)
+        except PlaceError:
+            raise
+        except OSError as error:
+            if error.filename is not None and os.fspath(error.filename) not in (str(new), str(place)):
+                raise
+            raise PlaceError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def _folder_next_to(place):
+    """In the folder of the result, where the file can be renamed; elsewhere if that takes no files."""
+    with contextlib.suppress(OSError):
+        return tempfile.TemporaryDirectory(prefix=f".{place.stem}.", dir=place.parent)
+    return tempfile.TemporaryDirectory()
+
+
+def _put(new, place):
+    try:
+        old = place.stat()
+    except FileNotFoundError:
+        os.replace(new, place)
+        return
+    is_replaceable = stat.S_ISREG(old.st_mode) and (old.st_nlink, old.st_uid, old.st_gid) == (1, os.geteuid(), os.getegid()) and not os.listxattr(place) and new.parent.parent == place.parent
+    if is_replaceable:
+        new.chmod(stat.S_IMODE(old.st_mode))
+        os.replace(new, place)
+        return
+    with open(new, "rb") as source, open(place, "r+b" if stat.S_ISREG(old.st_mode) else "wb") as target:
+        if stat.S_ISREG(old.st_mode) and (size := new.stat().st_size):
+            os.posix_fallocate(target.fileno(), 0, size)
+        shutil.copyfileobj(source, target)
+        if stat.S_ISREG(old.st_mode):
+            target.truncate()
+
+
+def write(path, data):
+    """Writes text or bytes to `path`, wholly or not at all. Raises PlaceError."""
+    with replaced(path) as new:
+        new.write_bytes(data if isinstance(data, bytes) else data.encode())
+
+
+def is_lost(error):
+    """Whether an OSError says that standard output takes no more; that of a file has its name."""
+    return error.filename is None and error.errno in (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG, errno.EDQUOT, errno.EPIPE)
+
+
+class _Watched:
+    """A stream that remembers a failed write: argparse drops it when it prints its help."""
+
+    def __init__(self, stream):
+        self.stream, self.error = stream, None
+
+    def write(self, text):
+        try:
+            return self.stream.write(text)
+        except OSError as error:
+            self.error = error
+            raise
+
+    def __getattr__(self, name):
+        return getattr(self.stream, name)
+
+
+def run(program, command, *arguments):
+    """Returns the exit status of command(*arguments), or 1 with a message if what it printed was lost. A reader that has gone ends it without one."""
+    if sys.stdout is None:  # closed by the caller: a file must not get its number, and lines must not vanish
+        sys.stdout = os.fdopen(os.open(os.devnull, os.O_RDONLY), "w")
+    watched = sys.stdout = _Watched(sys.stdout)
+    try:
+        try:
+            return command(*arguments)
+        finally:  # also at the SystemExit of --help and --version
+            sys.stdout = watched.stream
+            if watched.error is not None:
+                raise watched.error
+            sys.stdout.flush()
+    except OSError as error:
+        if not is_lost(error):
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # leaves the interpreter nothing to fail at when it ends
+        if isinstance(error, BrokenPipeError):
+            return 141
+        print(f"{program}: standard output: cannot be written: {error.strerror}", file=sys.stderr)
+        return 1
