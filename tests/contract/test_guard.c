@@ -272,6 +272,20 @@ static void test_a_corrupt_cause_is_a_cause_that_has_a_name(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_OVERSHOOT, guard.state.cause);
 }
 
+/// A sign of INT32_MIN has no negative of its width.
+static void test_a_corrupt_sign_of_the_last_move_is_judged_once_and_replaced(void)
+{
+    const int32_t corrupt[] = {INT32_MIN, INT32_MIN + 1, -2, 2, INT32_MAX};
+    for (uint32_t i = 0; i < 5u; i++)
+    {
+        reverse(2, 0.1, 0.0);
+        guard.state.play.sign = corrupt[i];
+        const double fade     = guard_step(&guard, 0.5, 0.5, 0.1);
+        TEST_ASSERT_TRUE(fade >= 0.0 && fade <= 1.0);
+        TEST_ASSERT_EQUAL_INT32(1, guard.state.play.sign);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -292,5 +306,6 @@ int main(void)
     RUN_TEST(test_a_fade_time_below_a_tick_fades_at_once);
     RUN_TEST(test_the_longest_fade_time_fades_and_a_longer_one_is_refused);
     RUN_TEST(test_a_corrupt_cause_is_a_cause_that_has_a_name);
+    RUN_TEST(test_a_corrupt_sign_of_the_last_move_is_judged_once_and_replaced);
     return UNITY_END();
 }

@@ -544,6 +544,60 @@ static void test_loop_with_a_flipped_bit_in_its_state_keeps_its_limits(void)
     }
 }
 
+/// The excess goes into the caller's integrator, where a NaN would stay.
+static void test_own_controller_with_a_flipped_bit_in_the_memory_gets_a_command_and_an_excess_that_are_numbers(void)
+{
+    static loop_t before;
+    begin();
+    run(0, 3000);
+    loop_copy(&before, &loop);
+    const double y = plant.y;
+    for (uint32_t bit = 0; bit < 8u * sizeof loop.memory; bit++)
+    {
+        loop_copy(&loop, &before);
+        flip(&loop.memory, bit);
+        for (int k = 3000; k < 3005; k++)
+        {
+            tribo_force_t       excess;
+            const tribo_force_t r = to_force(triangle(k));
+            const tribo_force_t v = TRIBO(force_loop, error)(&loop.params, &loop.state, r, to_force(y));
+            const double        u = from_force(TRIBO(force_loop, command)(&loop.params, &loop.state, v, &excess));
+            TEST_ASSERT_TRUE(u >= -2.0 && u <= 2.0);
+            TEST_ASSERT_TRUE(isfinite(from_force(excess)));
+        }
+    }
+}
+
+/// A term that is no number leaves u to the caller's controller, and is counted.
+static void test_own_controller_goes_on_alone_while_the_term_is_no_number(void)
+{
+    begin();
+    run(0, 3000);
+    const uint32_t bad    = loop_bad_inputs(&loop);
+    tribo_force_t  excess = 1;
+    (void)TRIBO(force_loop, error)(&loop.params, &loop.state, to_force(0.5), to_force(0.5));
+    loop.memory.state.lead = TRIBO_EITHER(NAN, 0);
+    const double u         = from_force(TRIBO(force_loop, command)(&loop.params, &loop.state, to_force(0.25), &excess));
+    TEST_ASSERT_EQUAL_UINT32(bad + TRIBO_EITHER(1u, 0u), loop_bad_inputs(&loop));
+    TEST_ASSERT_TRUE(TRIBO_EITHER(u == 0.25, u > 0.25)); // in Q31 each term is a number
+    TEST_ASSERT_TRUE(excess == 0);
+}
+
+/// A flipped bit of a flag leaves a byte that is neither 0 nor 1: it counts as set.
+static void test_loop_with_a_flipped_bit_in_a_flag_of_its_memory_changes_params(void)
+{
+    for (uint32_t bit = 0; bit < 8u; bit++)
+    {
+        begin();
+        run(0, 3000);
+        flip(&loop.memory.state.tick.has_e, bit);
+        flip(&loop.memory.state.tick.has_y, bit);
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&other, &config));
+        const double u = loop_step_by(&loop, &other, triangle(3000), plant.y).u;
+        TEST_ASSERT_TRUE(bit == 0u || fabs(u - seen.u) < 1e-2);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -564,5 +618,8 @@ int main(void)
     RUN_TEST(test_loop_changes_method_beside_a_bad_input);
     RUN_TEST(test_loop_with_a_flipped_bit_in_its_memory_keeps_its_limits_and_recovers);
     RUN_TEST(test_loop_with_a_flipped_bit_in_its_state_keeps_its_limits);
+    RUN_TEST(test_own_controller_with_a_flipped_bit_in_the_memory_gets_a_command_and_an_excess_that_are_numbers);
+    RUN_TEST(test_own_controller_goes_on_alone_while_the_term_is_no_number);
+    RUN_TEST(test_loop_with_a_flipped_bit_in_a_flag_of_its_memory_changes_params);
     return UNITY_END();
 }

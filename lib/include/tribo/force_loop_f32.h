@@ -188,7 +188,7 @@ float tribo_force_loop_f32_step(const tribo_force_loop_f32_params_t *params,
 /// the method's term. The controller of the params does not run. `excess` is u minus the sum of v and the method's
 /// term: 0 within the limits, and otherwise the part that the limit has cut off, for the anti-windup of your
 /// controller. Without a method u is v within the limits. A v that is not a number, or beyond 1e6 N, counts as a bad
-/// input and as 0. Cannot fail.
+/// input and as 0; so does a term of a corrupt memory. Cannot fail.
 float tribo_force_loop_f32_error(const tribo_force_loop_f32_params_t *params,
                                  tribo_force_loop_f32_state_t        *state,
                                  float                                r_n,
@@ -345,7 +345,8 @@ struct tribo_force_loop_f32_state
     uintptr_t                            active_seal; ///< ~active; if it differs, `active` is corrupt
     tribo_guard_f32_state_t              guard;       ///< state of the guard that the params name
     float                                friction_n;  ///< f^ of the last tick
-    uint32_t bad_inputs; ///< bad r or y, corrupt pointers, ticks of a method without memory; stops at UINT32_MAX
+    uint32_t
+        bad_inputs; ///< bad r, y, v or term, corrupt pointers, ticks of a method without memory; stops at UINT32_MAX
     tribo_controller_f32_state_t  controller; ///< contains limited_ticks
     tribo_compensator_f32_state_t compensator;
 };

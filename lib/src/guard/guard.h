@@ -99,7 +99,7 @@ static inline void guard_turn(const guard_params_t *params, guard_state_t *state
     {
         // high is 0 or more, low 0 or less: the largest error of the wrong sign less that of the right one.
         const wide_t high  = state->OF(high);
-        const wide_t wrong = (wide_t)-sign * (high + state->OF(low));
+        const wide_t wrong = -(wide_t)sign * (high + state->OF(low)); // wide, because a corrupt sign may be INT32_MIN
         const bool   hunts = state->since < params->quick_ticks && state->work > params->work;
         state->turns       = guard_count(state->turns, hunts, GUARD_TURNS);
         state->strays      = guard_count(state->strays, wrong > params->OF(stray), GUARD_STRAYS);

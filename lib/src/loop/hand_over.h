@@ -15,6 +15,12 @@ static force_t paper_term(const loop_params_t *params, const loop_state_t *state
     return loop_term(params, loop_faded(params, state), &not_counted);
 }
 
+/// The value of a flag in a memory. A flipped bit may leave a byte that is no bool, so its byte is read.
+static bool is_set(const bool *flag)
+{
+    return *(const unsigned char *)flag != 0u;
+}
+
 /// Error, reading and term of the last tick under the params `from`. Where the method had no tick, the error `e` and
 /// the reading `y` take their place.
 static loop_tick_t last_of(const loop_params_t *from, const loop_state_t *state, force_t e, force_t y)
@@ -27,8 +33,8 @@ static loop_tick_t last_of(const loop_params_t *from, const loop_state_t *state,
     }
     else if (tick != NULL)
     {
-        last.OF(e)    = tick->has_e ? tick->OF(e) : e;
-        last.OF(y)    = tick->has_e && tick->has_y ? tick->OF(y) : y;
+        last.OF(e)    = is_set(&tick->has_e) ? tick->OF(e) : e;
+        last.OF(y)    = is_set(&tick->has_e) && is_set(&tick->has_y) ? tick->OF(y) : y;
         last.OF(term) = tick->OF(term);
     }
     return last;

@@ -97,6 +97,13 @@ static inline force_t loop_credible(const uint32_t *bad_inputs, force_t v)
     return v;
 }
 
+/// v of the caller's own controller and the method's term. Every int32_t is a valid term.
+static inline force_t loop_sum(const loop_state_t *state, force_t v, force_t term)
+{
+    (void)state;
+    return plus(v, term);
+}
+
 /// Writes 0 member by member: assigning a struct would call memset.
 static inline void loop_rest(tribo_compensator_q31_signals_t *signals)
 {

@@ -24,7 +24,7 @@ force_t loop_own_command(const loop_params_t *params, loop_state_t *state, force
     if (memory != NULL)
     {
         params->method->functions(&functions);
-        sum = plus(output, functions.term(params, memory, output));
+        sum = loop_sum(state, output, functions.term(params, memory, output));
     }
     const force_t u = within_of(sum, controller->OF(u_min), controller->OF(u_max));
     if (u != sum)
