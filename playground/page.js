@@ -46,7 +46,7 @@ const GROUPS = [
         ["counts", "Encoder counts per turn", {65536: "65,536", 16384: "16,384", 4096: "4,096"}],
     ]],
     ["joint", "Compensation", [
-        ["part", "Fraction of friction to compensate", "", 0, 1, 0.05, 0.9],
+        ["part", "Fraction of friction to compensate", "", 0, 1, 0.01, 0.97],
     ]],
     ["joint", "Motion to follow", [
         ["motion", "Shape", {sine: "sine", triangle: "triangle", stops: "moves and stops"}],

@@ -10,7 +10,7 @@ pin out bit fault "Set if a parameter is refused; the log names it. Cleared when
 pin out s32 guard "Why the guard has removed the friction term: 0 not removed, 1 astray, 2 hunting, 3 reversed";
 param rw float effort_limit = 0 "Limit of the output";
 param rw float least_motion = 0 "Smallest motion above the noise: four counts of the encoder";
-param rw float friction_gain = 0.9 "Fraction of the friction to compensate, 0 to 1";
+param rw float friction_gain = 0.97 "Fraction of the friction to compensate, 0 to 1";
 include <math.h>;
 include "tribo/joint_f32.h";
 variable tribo_joint_f32_t joint;

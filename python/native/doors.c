@@ -199,7 +199,7 @@ void native_axis_restore(native_axis_t *axis)
     tribo_axis_f32_restore(&axis->f32);
 }
 
-void native_axis_report(native_axis_t *axis, double numbers[12])
+void native_axis_report(native_axis_t *axis, double numbers[13])
 {
     tribo_axis_report_t *const report = &axis->report;
     if (axis->q31)
@@ -222,6 +222,7 @@ void native_axis_report(native_axis_t *axis, double numbers[12])
     numbers[9]  = report->bad_inputs;
     numbers[10] = report->limited_ticks;
     numbers[11] = report->forgotten;
+    numbers[12] = (double)report->breakaway_factor;
 }
 
 const char *native_axis_warning(native_axis_t *axis)

@@ -149,9 +149,10 @@ double native_axis_command(native_axis_t *axis, double v_n);
 double native_axis_excess(const native_axis_t *axis);
 void   native_axis_restore(native_axis_t *axis);
 
-/// Learned breakaway, low, high (positive, negative each), travel, times_less, share, bad_inputs, limited_ticks, forgotten. Then the warnings, one by one:
+/// Learned breakaway, low, high (positive, negative each), travel, times_less, share, bad_inputs, limited_ticks, forgotten, breakaway_factor. Then the
+/// warnings, one by one:
 /// null behind the last.
-void        native_axis_report(native_axis_t *axis, double numbers[12]);
+void        native_axis_report(native_axis_t *axis, double numbers[13]);
 const char *native_axis_warning(native_axis_t *axis);
 
 /// What is learned, as `size` bytes; what fits in no axis of that arithmetic and rig is refused.

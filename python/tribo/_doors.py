@@ -47,6 +47,7 @@ class AxisReport:
     bad_inputs: int
     limited_ticks: int
     forgotten: int
+    breakaway_factor: float  # multiply the configured breakaway by it and make a new axis: 3 or 0.2 if it is far off, otherwise 1
     warnings: tuple[str, ...]
 
 
@@ -185,7 +186,7 @@ class Axis:
         warnings = []
         while (warning := lib.native_axis_warning(self._axis)) != ffi.NULL:
             warnings.append(text(warning))
-        return AxisReport((x[0], x[1]), (x[2], x[3]), (x[4], x[5]), x[6], x[7], x[8], int(x[9]), int(x[10]), int(x[11]), tuple(warnings))
+        return AxisReport((x[0], x[1]), (x[2], x[3]), (x[4], x[5]), x[6], x[7], x[8], int(x[9]), int(x[10]), int(x[11]), x[12], tuple(warnings))
 
     def restore(self) -> None:
         """Clears the latches of guard and monitor: friction returns in full."""

@@ -550,6 +550,132 @@ static void test_each_warning_has_a_sentence_and_a_command_clears_what_is_latche
     TEST_ASSERT_NULL(tribo_axis_warning(&report.warnings));
 }
 
+/// The texts of all warnings of `x`, one after the other.
+static const char *texts_of(const axis_t *x)
+{
+    static char         all[2000];
+    tribo_axis_report_t report;
+    TRIBO(axis, report)(x, &report);
+    all[0] = 0;
+    for (const char *text = tribo_axis_warning(&report.warnings); text != NULL;
+         text             = tribo_axis_warning(&report.warnings))
+    {
+        TEST_ASSERT_TRUE(strlen(all) + strlen(text) + 2u < sizeof all);
+        strcat(all, text);
+        strcat(all, "\n");
+    }
+    return all;
+}
+
+static void test_a_breakaway_far_from_the_rigs_is_named_with_its_direction(void)
+{
+    static const struct
+    {
+        float       belief, factor;
+        const char *says;
+    } cases[] = {{0.03f, 3.0f, "3 times the breakaway"},
+                 {0.05f, 3.0f, "3 times the breakaway"},
+                 {0.1f, 3.0f, "3 times the breakaway"},
+                 {0.2f, 3.0f, "3 times the breakaway"},
+                 {0.6f, 1.0f, NULL},
+                 {1.0f, 1.0f, NULL},
+                 {2.5f, 1.0f, NULL},
+                 {8.0f, 0.2f, "configure 0.2 times"}};
+    for (uint32_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
+    {
+        double                        jump;
+        plant_t                       plant  = {0};
+        const tribo_axis_f32_config_t config = rig(cases[i].belief);
+        tribo_axis_report_t           report;
+        TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+        (void)run(&axis, &plant, 0, 8 * PERIOD, &jump);
+        TRIBO(axis, report)(&axis, &report);
+        TEST_ASSERT_EQUAL_FLOAT(cases[i].factor, report.breakaway_factor);
+        TEST_ASSERT_TRUE((report.high_n[0] == 1e6f && report.high_n[1] == 1e6f) == (cases[i].factor == 3.0f));
+        const char *const texts = texts_of(&axis);
+        TEST_ASSERT_TRUE(cases[i].says != NULL ? strstr(texts, cases[i].says) != NULL
+                                               : strstr(texts, "breakaway:") == NULL);
+        TRIBO(axis, restore)(&axis);
+        TRIBO(axis, report)(&axis, &report);
+        TEST_ASSERT_EQUAL_FLOAT(1.0f, report.breakaway_factor); // until it is seen again
+    }
+}
+
+/// Follows breakaway_factor, each time with a new axis, from a twentieth and from ten times the truth.
+static void test_the_factor_leads_to_a_breakaway_that_fits(void)
+{
+    for (uint32_t i = 0; i < 2u; i++)
+    {
+        float    belief = i == 0u ? 0.05f : 10.0f;
+        uint32_t steps  = 0;
+        for (float factor = 0.0f; factor != 1.0f && steps < 5u; steps++)
+        {
+            double                        jump;
+            plant_t                       plant  = {0};
+            const tribo_axis_f32_config_t config = rig(belief);
+            tribo_axis_report_t           report;
+            TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+            (void)run(&axis, &plant, 0, 8 * PERIOD, &jump);
+            TRIBO(axis, report)(&axis, &report);
+            factor = report.breakaway_factor;
+            belief *= factor;
+        }
+        TEST_ASSERT_TRUE(steps < 5u && belief > 0.3f && belief < 3.5f);
+    }
+}
+
+/// An arm of 30 um stroke whose friction builds up over 5 um as in Dahl's model, with exact params but for presliding.
+static double run_dahl(float presliding_n)
+{
+    const double            delta     = 5.0;
+    const double            stiffness = 0.25 / 30.0; // N/um
+    tribo_axis_f32_config_t config    = rig(1.0f);
+    config.feedforward.presliding_n   = presliding_n;
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    double u_a = 0.0, x = 0.0, z = 0.0, y = 0.0, sum = 0.0;
+    for (long tick = 0; tick < 10 * PERIOD; tick++)
+    {
+        const double r = triangle(tick);
+        const double u = from_force(TRIBO(axis, step)(&axis, to_force(r), to_force(y)));
+        learn(&axis);
+        for (int i = 0; i < 25; i++)
+        {
+            const double dt   = H / 25;
+            const double bond = (0.03 + 0.3 * stiffness * fabs(x)) / delta;
+            u_a += 200.0 * dt * (u - u_a);
+            const double speed = (u_a - stiffness * x - bond * z) / (0.0075 * stiffness + (stiffness + bond) * dt);
+            z += dt * speed * (speed * z > 0.0 ? 1.0 - fabs(z) / delta : 1.0);
+            x += dt * speed;
+            y += 55.0 * dt * (stiffness * x - y);
+        }
+        sum += tick < 9 * PERIOD ? 0.0 : (r - stiffness * x) * (r - stiffness * x);
+    }
+    return sqrt(sum / PERIOD);
+}
+
+static void test_presliding_that_trips_the_guard_is_named_and_its_advice_helps(void)
+{
+    const float breakaway_n = 0.105f; // at a quarter of the limit
+    float       presliding  = breakaway_n / 11.0f;
+    ASSERT_ABOVE(2.0e-3, run_dahl(0.0f));
+    TEST_ASSERT_NOT_NULL(strstr(texts_of(&axis), "guard: friction faded"));
+    TEST_ASSERT_NOT_NULL(strstr(texts_of(&axis), "longer travel than configured: double presliding_n"));
+    double error = 1.0;
+    for (uint32_t i = 0; i < 3u && strstr(texts_of(&axis), "double presliding_n") != NULL; i++)
+    {
+        presliding *= 2.0f;
+        error = run_dahl(presliding);
+    }
+    ASSERT_BELOW(1.0e-3, error);
+    TEST_ASSERT_NULL(strstr(texts_of(&axis), "guard"));
+
+    // Four times too long.
+    ASSERT_ABOVE(2.0e-3, run_dahl(4.0f * 0.0417f));
+    TEST_ASSERT_NOT_NULL(strstr(texts_of(&axis), "halve presliding_n"));
+    ASSERT_BELOW(1.0e-3, run_dahl(2.0f * 0.0417f));
+    TEST_ASSERT_EQUAL_STRING("", texts_of(&axis));
+}
+
 static void test_a_learner_that_nobody_calls_is_a_warning(void)
 {
     const tribo_axis_f32_config_t config = rig(1.0f);
@@ -613,6 +739,9 @@ int main(void)
     RUN_TEST(test_what_is_learned_outlives_a_loss_of_power);
     RUN_TEST(test_a_blob_with_a_flipped_bit_is_refused);
     RUN_TEST(test_each_warning_has_a_sentence_and_a_command_clears_what_is_latched);
+    RUN_TEST(test_a_breakaway_far_from_the_rigs_is_named_with_its_direction);
+    RUN_TEST(test_the_factor_leads_to_a_breakaway_that_fits);
+    RUN_TEST(test_presliding_that_trips_the_guard_is_named_and_its_advice_helps);
     RUN_TEST(test_a_learner_that_nobody_calls_is_a_warning);
     RUN_TEST(test_the_largest_limits_are_taken);
 #if TRIBO_IS_Q31

@@ -100,6 +100,7 @@ void fmu_door_report(void *door, double signals[SIGNAL_COUNT])
     signals[SIGNAL_low_negative_n]       = (double)report.low_n[1];
     signals[SIGNAL_high_positive_n]      = (double)report.high_n[0];
     signals[SIGNAL_high_negative_n]      = (double)report.high_n[1];
+    signals[SIGNAL_breakaway_factor]     = (double)report.breakaway_factor;
     signals[SIGNAL_travel_n]             = (double)report.travel_n;
     signals[SIGNAL_times_less]           = (double)report.times_less;
     signals[SIGNAL_share]                = (double)report.share;

@@ -71,8 +71,10 @@ typedef struct
 {
     float breakaway_n
         [2]; ///< learned breakaway at the usual force; TRIBO_BREAKAWAY_POSITIVE and _NEGATIVE are the indices
-    float    low_n[2], high_n[2]; ///< 95 % interval of the breakaway
-    float    travel_n;            ///< travel that was learned from
+    float low_n[2], high_n[2]; ///< 95 % interval of the breakaway
+    float breakaway_factor;    ///< 1. If the configured breakaway is far too small 3, and high_n is 1e6 N; if it is far
+                               ///< too large 0.2: multiply it by this and initialise the axis again
+    float    travel_n;         ///< travel that was learned from
     float    times_less; ///< factor by which compensation reduces the controller's work at a reversal; 0: not known yet
     float    share;      ///< part of friction that the guard lets through, 0 to 1
     uint32_t bad_inputs, limited_ticks, forgotten, late; ///< counted since the init; they stop at UINT32_MAX
@@ -176,10 +178,11 @@ struct tribo_axis_f32
     const tribo_axis_f32_params_t *active; ///< null before the init
     const tribo_axis_f32_params_t *ran;    ///< params of the last tick; null before the first one
     tribo_axis_f32_params_t        params;
-    tribo_guard_f32_state_t        guard;
     tribo_controller_f32_state_t   controller; ///< contains limited_ticks
     uint32_t                       bad_inputs;
+    uint8_t                        is_far_below; ///< latched: the configured breakaway is a third of the rig's or less
     float                          excess_n;
+    tribo_guard_f32_state_t        guard;       ///< before `feedforward`, which so is aligned as its memory
     tribo_feedforward_f32_state_t  feedforward; ///< the last member
 };
 

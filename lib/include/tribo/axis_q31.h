@@ -82,10 +82,11 @@ struct tribo_axis_q31
     const tribo_axis_q31_params_t *active; ///< null before the init
     const tribo_axis_q31_params_t *ran;    ///< params of the last tick; null before the first one
     tribo_axis_q31_params_t        params;
-    tribo_guard_q31_state_t        guard;
     tribo_controller_q31_state_t   controller; ///< contains limited_ticks
     uint32_t                       bad_inputs;
+    uint8_t                        is_far_below; ///< latched: the configured breakaway is a third of the rig's or less
     int32_t                        excess;
+    tribo_guard_q31_state_t        guard;       ///< before `feedforward`, which so is aligned as its memory
     tribo_feedforward_q31_state_t  feedforward; ///< the last member
 };
 

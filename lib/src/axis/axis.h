@@ -18,6 +18,10 @@ typedef NAME(axis, t) axis_t;
 typedef NAME(axis, params_t) axis_params_t;
 typedef NAME(axis, blob_t) axis_blob_t;
 
+_Static_assert(offsetof(axis_t, feedforward) % _Alignof(NAME(feedforward, memory_t)) == 0 &&
+                   _Alignof(axis_t) >= _Alignof(NAME(feedforward, memory_t)),
+               "axis_memory points to a feed-forward's memory");
+
 static tribo_status_t prepare(axis_params_t *params, const tribo_axis_f32_config_t *config, float full_scale_n)
 {
     tribo_force_loop_f32_config_t loop;
@@ -48,15 +52,32 @@ static tribo_status_t prepare(axis_params_t *params, const tribo_axis_f32_config
     return status;
 }
 
+/// Learns from a sample, and latches that the configured breakaway is far too small, because the learned values fall off
+/// again at the next reversal. Returns true if there was a sample.
+static bool learn(axis_t *axis)
+{
+    const axis_params_t *const params = axis->active;
+    if (!NAME(feedforward, learn)(&params->loop, axis_memory(axis)))
+    {
+        return false;
+    }
+    if (tribo_axis_is_far_below(&params->feedforward.learning, &axis->feedforward.learner, params->usual_force_n))
+    {
+        axis->is_far_below = 1;
+    }
+    return true;
+}
+
 static tribo_status_t start(axis_t *axis, const tribo_axis_f32_config_t *config, float full_scale_n)
 {
     const tribo_status_t status = axis != NULL ? prepare(&axis->params, config, full_scale_n) : TRIBO_ERR_NULL;
     if (status == TRIBO_OK)
     {
-        axis->active     = &axis->params;
-        axis->ran        = NULL;
-        axis->OF(excess) = 0;
-        axis->bad_inputs = 0;
+        axis->active       = &axis->params;
+        axis->ran          = NULL;
+        axis->OF(excess)   = 0;
+        axis->bad_inputs   = 0;
+        axis->is_far_below = 0;
         NAME(guard, reset)(&axis->guard);
         NAME(controller, reset)(&axis->controller);
         NAME(feedforward, reset)(&axis->feedforward);
@@ -112,7 +133,7 @@ force_t axis_step(axis_t *axis, force_t r, force_t y)
     const force_t u    = loop_apply(controller, &axis->controller, e, last, term, &nodes, &signals.controller);
     loop_rest(&signals.compensator);
     functions.after(params, axis_memory(axis), signals.controller.OF(v), u, &signals);
-    axis_learn_at_once(axis);
+    LEARN_AT_ONCE(axis);
     return u;
 }
 
@@ -143,7 +164,7 @@ force_t axis_command(axis_t *axis, force_t v)
     loop_rest(&signals.compensator);
     functions.after(params, axis_memory(axis), output, u, &signals);
     axis->OF(excess) = minus(u, sum);
-    axis_learn_at_once(axis);
+    LEARN_AT_ONCE(axis);
     return u;
 }
 
@@ -154,7 +175,7 @@ force_t axis_excess(const axis_t *axis)
 
 void axis_report(const axis_t *axis, tribo_axis_report_t *report)
 {
-    *report = (tribo_axis_report_t){.share = 1.0f};
+    *report = (tribo_axis_report_t){.breakaway_factor = 1.0f, .share = 1.0f};
     if (axis->active == NULL)
     {
         return;
@@ -173,12 +194,18 @@ void axis_report(const axis_t *axis, tribo_axis_report_t *report)
     report->forgotten     = learned.forgotten;
     report->late          = learned.late;
     tribo_axis_report_warn(report, &learned, axis->guard.cause);
+    tribo_axis_report_far(report,
+                          &axis->active->feedforward.learning,
+                          &axis->feedforward.learner,
+                          axis->is_far_below != 0u,
+                          learned.stays_at_bound);
 }
 
 void axis_restore(axis_t *axis)
 {
     NAME(guard, restore)(&axis->guard);
     NAME(feedforward, restore)(&axis->feedforward);
+    axis->is_far_below = 0;
 }
 
 tribo_status_t axis_change(axis_t *axis, const axis_params_t *next)

@@ -1,23 +1,33 @@
 #include "axis_config.h"
 
+#include "../feedforward/learner.h"
 #include "../loop/prepare.h"
 #include "../number/ieee_f32.h"
 #include "../number/ranges.h"
 
-#define LEAST_LAG       0.05f   // least lag of the arm, ticks: its poles stay inside the unit circle in Q31
-#define LAG_MAX         1.0e3f  // largest lag of the arm, ticks
-#define PRIOR_DEVIATION 0.45f   // standard deviation of the configured breakaway before learning, as a part of it
-#define MODEL_DEVIATION 0.02f   // standard deviation that learning does not remove, as a part of breakaway
+#define LEAST_LAG       0.05f  // least lag of the arm, ticks: its poles stay inside the unit circle in Q31
+#define LAG_MAX         1.0e3f // largest lag of the arm, ticks
+#define PRIOR_DEVIATION 0.45f  // standard deviation of the configured breakaway before learning, as a part of it
+#define MODEL_DEVIATION 0.02f  // standard deviation that learning does not remove, as a part of breakaway
+#define FAR_BELOW       3.0f // learned friction at its upper limit, or a load instead, as a multiple of the configured one
+#define FAR_ABOVE       0.2f    // learned friction at its lower limit
+#define SETTLED         0.2f    // relative variance of friction that slides both ways settle
+#define LONG_PRESLIDING 1.15f   // least V_2 in V_0 of an arm whose presliding is too long for the configured one
+#define NO_PRESLIDING   (-0.1f) // largest V_2 in V_0 of an arm whose presliding is too short
+#define CLEAR           0.4f    // least V_0 with which V_2 says so
 #define OWN_GAIN        1.0e-6f // kp that the loop's init accepts; that controller never runs
 
 #define WARN_BAD_INPUT 1u
 #define WARN_LIMITED   2u
-#define WARN_AT_BOUND  4u
+#define WARN_TOO_SMALL 4u
 #define WARN_HARMS     8u
 #define WARN_HUNTING   16u
 #define WARN_OVERSHOOT 32u
 #define WARN_FORGOTTEN 64u
 #define WARN_LATE      128u
+#define WARN_TOO_LARGE 256u
+#define WARN_LONG      512u
+#define WARN_SHORT     1024u
 
 tribo_axis_controller_t tribo_pi(float kp, float ki_per_s)
 {
@@ -206,10 +216,47 @@ void tribo_axis_report_warn(tribo_axis_report_t               *report,
 {
     report->warnings =
         bit_if(report->bad_inputs > 0u, WARN_BAD_INPUT) | bit_if(report->limited_ticks > 0u, WARN_LIMITED) |
-        bit_if(learned->stays_at_bound, WARN_AT_BOUND) | bit_if(learned->harms, WARN_HARMS) |
-        bit_if(cause == TRIBO_GUARD_HUNTING, WARN_HUNTING) | bit_if(cause == TRIBO_GUARD_OVERSHOOT, WARN_OVERSHOOT) |
-        bit_if(report->forgotten > 0u, WARN_FORGOTTEN) |
+        bit_if(learned->harms, WARN_HARMS) | bit_if(cause == TRIBO_GUARD_HUNTING, WARN_HUNTING) |
+        bit_if(cause == TRIBO_GUARD_OVERSHOOT, WARN_OVERSHOOT) | bit_if(report->forgotten > 0u, WARN_FORGOTTEN) |
         bit_if(report->late > 0u && learned->travel_n == 0.0f, WARN_LATE);
+}
+
+bool tribo_axis_is_far_below(const tribo_feedforward_learning_t *learning,
+                             const tribo_feedforward_learner_t  *learner,
+                             float                               usual_force_n)
+{
+    const float load = magnitude(tribo_learner_load(learning, learner, usual_force_n));
+    return tribo_learner_sliding(learning, learner) >= FAR_BELOW ||
+           (learner->P[0] > SETTLED && load > FAR_BELOW * learning->breakaway_n);
+}
+
+void tribo_axis_report_far(tribo_axis_report_t                *report,
+                           const tribo_feedforward_learning_t *learning,
+                           const tribo_feedforward_learner_t  *learner,
+                           bool                                is_far_below,
+                           bool                                stays_at_bound)
+{
+    const uint32_t guard      = report->warnings & (WARN_HUNTING | WARN_OVERSHOOT);
+    const bool     is_settled = learner->P[0] <= SETTLED;
+    if (is_far_below)
+    {
+        report->breakaway_factor = FAR_BELOW;
+        report->high_n[0]        = TRIBO_F32_FORCE_MAX_N;
+        report->high_n[1]        = TRIBO_F32_FORCE_MAX_N;
+        report->warnings |= WARN_TOO_SMALL;
+    }
+    else if (stays_at_bound)
+    {
+        report->breakaway_factor = is_settled ? FAR_ABOVE : 1.0f;
+        report->warnings |= WARN_TOO_LARGE;
+    }
+    else if (guard != 0u && is_settled)
+    {
+        const float V_0 = tribo_learner_sliding(learning, learner);
+        const float V_2 = learning->deviation[2] * learner->a[2];
+        report->warnings |= bit_if(V_0 >= CLEAR && V_2 > LONG_PRESLIDING * V_0, WARN_LONG) |
+                            bit_if(V_0 >= CLEAR && V_2 < NO_PRESLIDING * V_0, WARN_SHORT);
+    }
 }
 
 const char *tribo_axis_warning(uint32_t *warnings)
@@ -222,14 +269,33 @@ const char *tribo_axis_warning(uint32_t *warnings)
         return "bad_inputs: a reference or a reading was not a number, or beyond input_max_n";
     case WARN_LIMITED:
         return "limited_ticks: u was at u_min_n or u_max_n";
-    case WARN_AT_BOUND:
-        return "breakaway: learning stays at its limit, 0.2 or 3 times the configured one";
+    case WARN_TOO_SMALL:
+        return "breakaway: friction is 3 times the configured one or more, or gravity_n lacks a load: configure 3 "
+               "times the "
+               "breakaway, or the load, and initialise the axis again";
+    case WARN_TOO_LARGE:
+        return "breakaway: learning stays below 0.2 times the configured one: configure 0.2 times as much and "
+               "initialise the "
+               "axis again; if the breakaway is certain, noise of y or steps of r hide it";
+    case WARN_LONG:
+        return "presliding: friction builds up over a longer travel than configured: double presliding_n (0 stands for "
+               "1/11 "
+               "of the breakaway) and initialise the axis again";
+    case WARN_SHORT:
+        return "presliding: friction builds up over a shorter travel than configured: halve presliding_n (0 stands for "
+               "1/11 "
+               "of the breakaway) and initialise the axis again";
     case WARN_HARMS:
         return "friction fed forward cost the controller more than it saved, and was fed back";
     case WARN_HUNTING:
-        return "guard: friction faded, it reversed quickly and drove the force against the reference";
+        return "guard: friction faded, it reversed quickly and drove the force against the reference: do what a "
+               "warning of breakaway "
+               "or presliding says; without one configure breakaway_n of the report or lower the gain of the "
+               "controller";
     case WARN_OVERSHOOT:
-        return "guard: friction faded, the force overshot its reversals again and again";
+        return "guard: friction faded, the force overshot its reversals again and again: do what a warning of "
+               "breakaway or presliding "
+               "says; without one configure breakaway_n of the report or lower the gain of the controller";
     case WARN_FORGOTTEN:
         return "forgotten: corrupt memory was found and reset, or a tick's first half was called without its second";
     case WARN_LATE:

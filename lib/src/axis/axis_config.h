@@ -32,9 +32,23 @@ void tribo_axis_report_direction(tribo_axis_report_t               *report,
                                  const tribo_feedforward_learned_t *learned,
                                  float                              breakaway_n);
 
-/// Fills in the warnings of a report that is otherwise complete.
+/// True if friction is at the upper limit of learning, or if a load many times the configured breakaway takes its place
+/// while slides both ways have not settled friction.
+bool tribo_axis_is_far_below(const tribo_feedforward_learning_t *learning,
+                             const tribo_feedforward_learner_t  *learner,
+                             float                               usual_force_n);
+
+/// Fills in the warnings of a report with its counters, except those of tribo_axis_report_far.
 void tribo_axis_report_warn(tribo_axis_report_t               *report,
                             const tribo_feedforward_learned_t *learned,
                             tribo_guard_cause_t                cause);
+
+/// Completes a report by breakaway_factor and the warnings of a wrong breakaway or presliding. `is_far_below` and
+/// `stays_at_bound` are latched.
+void tribo_axis_report_far(tribo_axis_report_t                *report,
+                           const tribo_feedforward_learning_t *learning,
+                           const tribo_feedforward_learner_t  *learner,
+                           bool                                is_far_below,
+                           bool                                stays_at_bound);
 
 #endif

@@ -4,7 +4,8 @@
 #include "../loop/prepare.h"
 #include "axis_config.h"
 
-#define BLOB_VERSION TRIBO_AXIS_F32_BLOB_VERSION
+#define BLOB_VERSION        TRIBO_AXIS_F32_BLOB_VERSION
+#define LEARN_AT_ONCE(axis) (void)learn(axis) // a processor with an FPU has the time for it in a tick
 
 static tribo_status_t axis_make_loop(tribo_force_loop_f32_params_t       *params,
                                      const tribo_force_loop_f32_config_t *loop,
@@ -28,12 +29,6 @@ static tribo_feedforward_learned_t axis_learned(const tribo_axis_f32_t *axis, ui
 static tribo_feedforward_f32_memory_t *axis_memory(tribo_axis_f32_t *axis)
 {
     return (tribo_feedforward_f32_memory_t *)&axis->feedforward;
-}
-
-/// Learns in the tick, because a processor with an FPU has the time for it.
-static void axis_learn_at_once(tribo_axis_f32_t *axis)
-{
-    (void)tribo_feedforward_f32_learn(&axis->active->loop, axis_memory(axis));
 }
 
 static float axis_share(const tribo_axis_f32_t *axis)

@@ -5,8 +5,9 @@
 #include "../number/ieee_f32.h"
 #include "axis_config.h"
 
-#define BLOB_VERSION TRIBO_AXIS_Q31_BLOB_VERSION
-#define PART_UNIT    (1.0f / 2147483648.0f) // Q31
+#define BLOB_VERSION        TRIBO_AXIS_Q31_BLOB_VERSION
+#define LEARN_AT_ONCE(axis) (void)(axis)           // the background learns by tribo_axis_q31_learn
+#define PART_UNIT           (1.0f / 2147483648.0f) // Q31
 
 static tribo_status_t axis_make_loop(tribo_force_loop_q31_params_t       *params,
                                      const tribo_force_loop_f32_config_t *loop,
@@ -35,12 +36,6 @@ static tribo_feedforward_q31_memory_t *axis_memory(tribo_axis_q31_t *axis)
     return (tribo_feedforward_q31_memory_t *)&axis->feedforward;
 }
 
-/// Does nothing: the background learns by tribo_axis_q31_learn.
-static void axis_learn_at_once(tribo_axis_q31_t *axis)
-{
-    (void)axis;
-}
-
 static float axis_share(const tribo_axis_q31_t *axis)
 {
     return (float)axis->guard.fade * (0.5f * PART_UNIT);
@@ -62,5 +57,5 @@ tribo_status_t tribo_axis_q31_prepare(tribo_axis_q31_params_t       *next,
 
 bool tribo_axis_q31_learn(tribo_axis_q31_t *axis)
 {
-    return axis->active != NULL && tribo_feedforward_q31_learn(&axis->active->loop, axis_memory(axis));
+    return axis->active != NULL && learn(axis);
 }

@@ -38,7 +38,7 @@ typedef struct
 
 typedef struct
 {
-    float    breakaway_n[2], low_n[2], high_n[2], travel_n, times_less, share;
+    float    breakaway_n[2], low_n[2], high_n[2], breakaway_factor, travel_n, times_less, share;
     uint32_t bad_inputs, limited_ticks, forgotten, late, warnings;
 } axis_report_t;
 
@@ -135,6 +135,7 @@ void SYS_AXIS(report)(movable_axis_t *axis, axis_report_t *report)
     *report = (axis_report_t){{now.breakaway_n[0], now.breakaway_n[1]},
                               {now.low_n[0], now.low_n[1]},
                               {now.high_n[0], now.high_n[1]},
+                              now.breakaway_factor,
                               now.travel_n,
                               now.times_less,
                               now.share,

@@ -81,6 +81,7 @@ pub struct AxisReport {
     pub breakaway_n: [f32; 2],
     pub low_n: [f32; 2],
     pub high_n: [f32; 2],
+    pub breakaway_factor: f32,
     pub travel_n: f32,
     pub times_less: f32,
     pub share: f32,

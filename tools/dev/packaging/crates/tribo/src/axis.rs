@@ -45,6 +45,8 @@ pub struct AxisReport {
     /// Between low and high it is, at 95 %.
     pub low_n: [f32; 2],
     pub high_n: [f32; 2],
+    /// Multiply the configured breakaway by it and make a new axis: 3 or 0.2 if it is far off, otherwise 1.
+    pub breakaway_factor: f32,
     /// Learned from.
     pub travel_n: f32,
     /// Work of the controller at a reversal: so many times less than without compensation; 0: not known yet.
@@ -65,6 +67,7 @@ impl From<tribo_sys::AxisReport> for AxisReport {
             breakaway_n: now.breakaway_n,
             low_n: now.low_n,
             high_n: now.high_n,
+            breakaway_factor: now.breakaway_factor,
             travel_n: now.travel_n,
             times_less: now.times_less,
             share: now.share,
