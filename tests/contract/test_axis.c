@@ -320,6 +320,31 @@ static void test_a_pi_is_the_section_that_the_loop_makes_of_it(void)
     TEST_ASSERT_EQUAL(TRIBO_ERR_CONTROLLER, refused(&config));
 }
 
+static void test_what_compensation_saves_is_not_exaggerated(void)
+{
+    double                        jump;
+    plant_t                       plant  = {0};
+    const tribo_axis_f32_config_t config = rig(0.3f); // the controller overcomes the first reversal
+    tribo_axis_report_t           report;
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    (void)run(&axis, &plant, 0, PERIOD * 4 / 10, &jump);
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, report.times_less);
+    (void)run(&axis, &plant, PERIOD * 4 / 10, PERIOD * 9 / 10, &jump);
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_TRUE(report.times_less >= 0.25f && report.times_less < 1.5f);
+    (void)run(&axis, &plant, PERIOD * 9 / 10, 40 * PERIOD, &jump);
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_TRUE(report.times_less > 5.0f && report.times_less < 20.0f);
+
+    axis.feedforward.learner.ratio = 1e-4f; // less than the monitor can see
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_EQUAL_FLOAT(100.0f, report.times_less);
+    axis.feedforward.learner.left = 1; // friction is fed back
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, report.times_less);
+}
+
 static void test_friction_is_gone_and_its_interval_holds_it(void)
 {
     const float beliefs[] = {0.7f, 1.0f, 1.3f};
@@ -731,6 +756,7 @@ int main(void)
     RUN_TEST(test_an_axis_is_the_loop_below_it);
     RUN_TEST(test_the_halves_and_a_change_are_those_of_the_loop);
     RUN_TEST(test_a_pi_is_the_section_that_the_loop_makes_of_it);
+    RUN_TEST(test_what_compensation_saves_is_not_exaggerated);
     RUN_TEST(test_friction_is_gone_and_its_interval_holds_it);
     RUN_TEST(test_a_controller_of_the_callers_stays_in_place);
     RUN_TEST(test_the_limit_is_told_to_the_callers_controller);

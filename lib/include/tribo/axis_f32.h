@@ -74,9 +74,10 @@ typedef struct
     float low_n[2], high_n[2]; ///< 95 % interval of the breakaway
     float breakaway_factor;    ///< 1. If the configured breakaway is far too small 3, and high_n is 1e6 N; if it is far
                                ///< too large 0.2: multiply it by this and initialise the axis again
-    float    travel_n;         ///< travel that was learned from
-    float    times_less; ///< factor by which compensation reduces the controller's work at a reversal; 0: not known yet
-    float    share;      ///< part of friction that the guard lets through, 0 to 1
+    float travel_n;            ///< travel that was learned from
+    float times_less; ///< factor by which compensation reduces the controller's work at a reversal, 0.25 to 100; 0: not
+                      ///< known, because no reversal was judged or friction is fed back
+    float    share;   ///< part of friction that the guard lets through, 0 to 1
     uint32_t bad_inputs, limited_ticks, forgotten, late; ///< counted since the init; they stop at UINT32_MAX
     uint32_t warnings;                                   ///< bits for tribo_axis_warning
 } tribo_axis_report_t;

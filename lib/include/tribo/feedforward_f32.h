@@ -60,10 +60,12 @@ typedef struct
 /// What was learned about one direction, for both arithmetics.
 typedef struct
 {
-    float    L_n;               ///< breakaway at the requested force: V_0 L, and the friction that does not reverse
-    float    relative_variance; ///< variance of L in this direction, divided by the prior variance
-    float    travel_n; ///< travel learned from, in both directions; without a sensor widths of motion times reversal_n
-    bool     at_bound; ///< learning has hit its limit, 0.2 or 3 times the configured value
+    float L_n;               ///< breakaway at the requested force: V_0 L, and the friction that does not reverse
+    float relative_variance; ///< variance of L in this direction, divided by the prior variance
+    float travel_n;   ///< travel learned from, in both directions; without a sensor widths of motion times reversal_n
+    float times_less; ///< factor by which compensation reduces the controller's work at a reversal, 0.25 to 100; 0: not
+                      ///< known, because no reversal was judged or friction is fed back
+    bool     at_bound;       ///< learning has hit its limit, 0.2 or 3 times the configured value
     bool     stays_at_bound; ///< at four consecutive reversals; latched until a restore or a start
     bool     harms;          ///< feed-forward cost more effort than it saved, so friction is fed back; latched, too
     uint32_t late;           ///< number of samples whose result was late
@@ -277,7 +279,7 @@ typedef enum
     TRIBO_FEEDFORWARD_OWNER_RESULT    ///< the tick; there is a result
 } tribo_feedforward_owner_t;
 
-/// /// The exchange between the tick and the learner. On one core an interrupt and its background need no more than the
+/// The exchange between the tick and the learner. On one core an interrupt and its background need no more than the
 /// order of accesses to volatile objects.
 typedef struct
 {
@@ -305,6 +307,7 @@ typedef struct
     uint8_t left,
         length; ///< reversals that will be fed back; length of the last feedback, less the reversals fed forward since
     uint8_t  at_bound;  ///< consecutive reversals with V_0 at a bound; 4 stays until a restore
+    uint8_t  judged;    ///< reversals of which xi is a mean; stops at 255
     uint32_t forgotten; ///< number of times that a corrupt memory was reset
 } tribo_feedforward_learner_t;
 

@@ -180,14 +180,13 @@ void axis_report(const axis_t *axis, tribo_axis_report_t *report)
     {
         return;
     }
-    const float                 ratio   = axis->feedforward.learner.ratio;
     tribo_feedforward_learned_t learned = {.L_n = 0.0f};
     for (uint32_t direction = TRIBO_BREAKAWAY_POSITIVE; direction <= TRIBO_BREAKAWAY_NEGATIVE; direction++)
     {
         learned = axis_learned(axis, direction);
         tribo_axis_report_direction(report, direction, &learned, axis->active->breakaway_n);
     }
-    report->times_less    = ratio > 0.0f ? 1.0f / ratio : 0.0f;
+    report->times_less    = learned.times_less;
     report->share         = axis_share(axis);
     report->bad_inputs    = axis->bad_inputs;
     report->limited_ticks = axis->controller.limited_ticks;

@@ -25,6 +25,7 @@
 #define ON_TRIAL      0.51f  // xi after feedback: one reversal with a ratio above 1.23 exceeds HARM
 #define RATIO_PART    0.125f // weight of a reversal in the low pass of xi
 #define RATIO_MAX     4.0f   // limit of xi
+#define RATIO_SEEN    0.01f  // the play on v hides less
 #define EFFORT_WIDTH  0.01f  // half width of the play on v, in B
 #define NEED_MIN      0.1f   // added to the change of need before dividing by it, in B
 #define FEEDBACK_MIN  4u     // least and largest number of reversals with friction fed back
@@ -167,6 +168,7 @@ static void weigh_effort(const tribo_feedforward_learning_t *p,
     const float ratio = x->effort_n / (magnitude(sample->need_n - x->need_n) + NEED_MIN * p->breakaway_n);
     x->ratio  = bound_f32(first_order_f32_step(x->ratio, limit_f32(ratio, 0.0f, RATIO_MAX), RATIO_PART), RATIO_MAX);
     x->length = (uint8_t)(x->length > 0u ? x->length - 1u : 0u);
+    x->judged = (uint8_t)(x->judged < UINT8_MAX ? x->judged + 1u : UINT8_MAX);
     if (x->ratio > HARM)
     {
         const uint32_t next = FEEDBACK_MORE * x->length;
@@ -398,6 +400,22 @@ static float relative_variance(const tribo_feedforward_learning_t *p,
     return limit_f32(variance / prior, 0.0f, 1.0f);
 }
 
+/// 1/xi, limited to 100. 0 while it is not known.
+static float times_less(const tribo_feedforward_learner_t *x)
+{
+    if (x->judged == 0u || x->left > 0u)
+    {
+        return 0.0f;
+    }
+    float missing = 1.0f; // xi begins at 0: the part of its mean that it has not yet reached
+    for (uint32_t i = 0; i < x->judged; i++)
+    {
+        missing *= 1.0f - RATIO_PART;
+    }
+    const float mean = x->ratio / (1.0f - missing);
+    return 1.0f / (mean > RATIO_SEEN ? mean : RATIO_SEEN);
+}
+
 tribo_feedforward_learned_t tribo_learner_readout(const tribo_feedforward_learning_t *p,
                                                   const tribo_feedforward_learner_t  *x,
                                                   const learner_place_t              *place)
@@ -408,6 +426,7 @@ tribo_feedforward_learned_t tribo_learner_readout(const tribo_feedforward_learni
     return (tribo_feedforward_learned_t){.L_n               = L > 0.05f * V * place->L_n ? L : 0.05f * V * place->L_n,
                                          .relative_variance = relative_variance(p, x, place),
                                          .travel_n          = x->travel_n,
+                                         .times_less        = times_less(x),
                                          .at_bound          = is_at_bound(V),
                                          .stays_at_bound    = x->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS,
                                          .harms             = x->harms != 0u,
@@ -422,4 +441,5 @@ void tribo_learner_restore(tribo_feedforward_learner_t *x)
     x->left     = 0;
     x->length   = 0;
     x->ratio    = 0.0f;
+    x->judged   = 0;
 }
