@@ -186,8 +186,11 @@ store_status_t store_write(const store_flash_t *flash, uint32_t layout, const ui
     {
         return STORE_OK;
     }
-    const unsigned sector = last == NONE ? 0u : 1u - last;
-    const uint32_t number = 1u + (last == NONE ? 0u : sectors[last].number);
+    // If there is no last record, a good one is an old one of a damaged store. It stays marked as replaced, because an
+    // interrupted erasure could take only the mark away, and its number is exceeded for the same reason.
+    const unsigned other  = last != NONE ? last : sectors[0].good ? 0u : 1u;
+    const unsigned sector = 1u - other;
+    const uint32_t number = 1u + (sectors[other].good ? sectors[other].number : 0u);
 
     const uint32_t head[STORE_HEAD_WORDS] = {ERASED, ERASED, STORE_VERSION, layout, number, count};
     if (!mark_replaced(flash, sectors, status, sector) || !write_record(flash, sector, head, words, count) ||

@@ -18,6 +18,7 @@ typedef struct
     uint32_t operations; ///< writes and erasures so far
     uint32_t cut_at;     ///< the operation in which the power fails; from there on nothing is written
     bool     broken;     ///< every write fails
+    uint32_t erasable;   ///< the power fails in an erasure after so many words, if the sector has more
     uint32_t stuck;      ///< a word of sector 1 that takes no write
     unsigned erasures[STORE_SECTORS];
 } chip_t;
@@ -64,6 +65,11 @@ static bool erase_chip(void *context, unsigned sector)
     {
         return false;
     }
+    if (to->erasable < SECTOR_WORDS)
+    {
+        memset(to->words[sector], 0xff, to->erasable * sizeof(uint32_t));
+        return false;
+    }
     to->erasures[sector] += operation < to->cut_at;
     for (uint32_t i = 0; i < SECTOR_WORDS && operation <= to->cut_at; i++)
     {
@@ -99,8 +105,9 @@ void setUp(void)
 {
     memset(&chip, 0, sizeof chip);
     memset(chip.words, 0xff, sizeof chip.words);
-    chip.cut_at = UINT32_MAX;
-    chip.stuck  = UINT32_MAX;
+    chip.cut_at   = UINT32_MAX;
+    chip.stuck    = UINT32_MAX;
+    chip.erasable = SECTOR_WORDS;
 }
 
 void tearDown(void)
@@ -393,6 +400,33 @@ static void test_rotten_bits_never_bring_a_wrong_record(void)
     }
 }
 
+/// However far an erasure comes before the power fails, even if it has only taken the marks away.
+static void test_an_interrupted_erasure_brings_no_record_of_a_damaged_store_back(void)
+{
+    for (uint32_t words = 0; words < SECTOR_WORDS; words++)
+    {
+        for (unsigned saves = 2; saves <= 3; saves++) // the last record is in sector 1, then in sector 0
+        {
+            setUp();
+            record_t records[5], found;
+            for (unsigned i = 0; i < 5u; i++)
+            {
+                records[i] = random_record();
+                (void)(i < saves && save(&records[i]));
+            }
+            flip((saves - 1u) % 2u, 32u * STORE_HEAD_WORDS);
+            chip.erasable = words;
+            TEST_ASSERT_EQUAL_INT(STORE_FAILED, save(&records[3]));
+            TEST_ASSERT_EQUAL_INT(STORE_DAMAGED, load(&found));
+            chip.erasable = SECTOR_WORDS;
+            TEST_ASSERT_EQUAL_INT(STORE_OK, save(&records[3]));
+            chip.erasable = words; // the next save erases the sector that held a record of the damaged store
+            TEST_ASSERT_EQUAL_INT(STORE_FAILED, save(&records[4]));
+            TEST_ASSERT_TRUE(holds(&records[3]));
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -408,5 +442,6 @@ int main(void)
     RUN_TEST(test_a_power_failure_leaves_the_old_record_or_the_new);
     RUN_TEST(test_one_rotten_bit_never_brings_an_older_record_back);
     RUN_TEST(test_rotten_bits_never_bring_a_wrong_record);
+    RUN_TEST(test_an_interrupted_erasure_brings_no_record_of_a_damaged_store_back);
     return UNITY_END();
 }
