@@ -326,19 +326,19 @@ typedef enum
     REQUEST_FORGET      = 64
 } request_t;
 
-static uint32_t take_request(const volatile uint8_t *count, uint8_t *seen, request_t request)
+static uint32_t take_request(const volatile uint32_t *count, uint32_t *seen, request_t request)
 {
-    const uint8_t now    = *count;
-    const bool    is_new = now != *seen;
-    *seen                = now;
+    const uint32_t now    = *count;
+    const bool     is_new = now != *seen;
+    *seen                 = now;
     return is_new ? (uint32_t)request : 0u;
 }
 
 /// A request is valid for the next tick only: executed there or dropped.
 static uint32_t take_requests(drive_t *drive)
 {
-    uint32_t      requests = take_request(&drive->references, &drive->references_seen, REQUEST_RENEWED);
-    const uint8_t count    = drive->requests;
+    uint32_t       requests = take_request(&drive->references, &drive->references_seen, REQUEST_RENEWED);
+    const uint32_t count    = drive->requests;
     if (count != drive->requests_seen)
     {
         drive->requests_seen = count;
@@ -671,7 +671,7 @@ void drive_reference(drive_t *drive, loop_force_t r)
 {
     drive->reference  = r;
     drive->hosted     = true;
-    drive->references = (uint8_t)(drive->references + 1u);
+    drive->references = drive->references + 1u;
 }
 
 void drive_set_reference(drive_t *drive, loop_force_t r)
@@ -692,11 +692,11 @@ void drive_condemn(drive_t *drive)
     drive->changed = true;
 }
 
-static void request(drive_t *drive, volatile uint8_t *count)
+static void request(drive_t *drive, volatile uint32_t *count)
 {
-    *count = (uint8_t)(*count + 1u);
+    *count = *count + 1u;
     atomic_thread_fence(memory_order_release); // the tick may be on another core
-    drive->requests = (uint8_t)(drive->requests + 1u);
+    drive->requests = drive->requests + 1u;
 }
 
 void drive_start(drive_t *drive)

@@ -149,8 +149,9 @@ typedef struct
 
     // Requests are counters that the background increments and the tick copies, so that they need no lock. `requests` counts all
     // except references. It is incremented after the request's own counter, so that a tick without requests reads no other one.
-    volatile uint8_t      starts, stops, acknowledgements, tares, requests, references;
-    uint8_t               starts_seen, stops_seen, acknowledgements_seen, tares_seen, requests_seen, references_seen;
+    // They have 32 bits, because a slow tick may come after a multiple of 256 requests.
+    volatile uint32_t     starts, stops, acknowledgements, tares, requests, references;
+    uint32_t              starts_seen, stops_seen, acknowledgements_seen, tares_seen, requests_seen, references_seen;
     volatile loop_force_t reference;
     volatile int32_t      position_reference;
     volatile bool         has_position_reference; ///< a host has set it since the last stop, fault or acknowledgement
@@ -182,10 +183,10 @@ typedef struct
     loop_state_t   loop;
     loop_signals_t signals; ///< of the last tick in RUN
 #if DRIVE_FEEDFORWARD
-    uint32_t         logged_warnings;
-    volatile uint8_t restores, forgets;
-    uint8_t          restores_seen, forgets_seen;
-    uint32_t         delayed; ///< requests that wait until the learner has no sample
+    uint32_t          logged_warnings;
+    volatile uint32_t restores, forgets;
+    uint32_t          restores_seen, forgets_seen;
+    uint32_t          delayed; ///< requests that wait until the learner has no sample
 #endif
 } drive_t;
 

@@ -917,6 +917,29 @@ static void test_every_fault_has_a_text_of_its_own(void)
     TEST_ASSERT_EQUAL_STRING("unknown", drive_fault_text(DRIVE_FAULTS));
 }
 
+/// A client may send hundreds of requests within a slow tick.
+static void test_any_number_of_requests_between_two_ticks_is_seen(void)
+{
+    const unsigned counts[] = {1, 255, 256, 512, 65536};
+    for (unsigned i = 0; i < sizeof counts / sizeof counts[0]; i++)
+    {
+        power_up();
+        for (unsigned k = 0; k < counts[i]; k++)
+        {
+            drive_start(&drive);
+        }
+        tick();
+        check_running();
+        for (unsigned k = 0; k < counts[i]; k++)
+        {
+            drive_stop(&drive);
+        }
+        tick();
+        TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
+        check_off();
+    }
+}
+
 int main(void)
 {
     const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
@@ -925,6 +948,7 @@ int main(void)
         return 1;
     }
     UNITY_BEGIN();
+    RUN_TEST(test_any_number_of_requests_between_two_ticks_is_seen);
     RUN_TEST(test_every_fault_at_50_ticks_stops_in_that_tick_and_stays_until_acknowledged);
     RUN_TEST(test_faults_of_an_idle_drive_are_latched_too);
     RUN_TEST(test_a_start_in_the_tick_of_a_fault_is_forgotten);
