@@ -5,10 +5,41 @@
 #include "unity.h"
 
 #include <errno.h>
+#include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/types.h>
 #include <unistd.h>
+
+static int interrupted; ///< number of reads and writes that a signal interrupts
+
+// NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp): names of ld --wrap
+ssize_t __real_pread(int file, void *bytes, size_t size, off_t at);
+ssize_t __wrap_pread(int file, void *bytes, size_t size, off_t at);
+ssize_t __real_pwrite(int file, const void *bytes, size_t size, off_t at);
+ssize_t __wrap_pwrite(int file, const void *bytes, size_t size, off_t at);
+
+static bool interrupts(void)
+{
+    const bool now = interrupted > 0;
+    interrupted -= now;
+    errno = now ? EINTR : errno;
+    return now;
+}
+
+ssize_t __wrap_pread(int file, void *bytes, size_t size, off_t at)
+{
+    return interrupts() ? -1 : __real_pread(file, bytes, size, at);
+}
+
+ssize_t __wrap_pwrite(int file, const void *bytes, size_t size, off_t at)
+{
+    return interrupts() ? -1 : __real_pwrite(file, bytes, size, at);
+}
+
+// NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp)
 
 static char path[] = "/tmp/tribo_text_XXXXXX";
 static int  file;
@@ -68,10 +99,38 @@ static void test_half_a_number_is_none(void)
     TEST_ASSERT_EQUAL_INT(EBADF, errno);
 }
 
+/// A signal such as SIGWINCH interrupts a driver that waits, and must not stop the drive.
+static void test_what_a_signal_interrupts_is_repeated(void)
+{
+    int64_t number = 1;
+    TEST_ASSERT_TRUE(reads("-42\n", &number));
+    interrupted = 3;
+    TEST_ASSERT_TRUE(text_file_read(file, &number));
+    TEST_ASSERT_EQUAL_INT64(-42, number);
+    interrupted = 3;
+    TEST_ASSERT_TRUE(text_file_write(file, 77));
+    TEST_ASSERT_TRUE(text_file_read(file, &number));
+    TEST_ASSERT_EQUAL_INT64(77, number);
+}
+
+/// Signals without end do not hold up the tick.
+static void test_what_is_always_interrupted_fails(void)
+{
+    int64_t number = 1;
+    interrupted    = 1000;
+    TEST_ASSERT_FALSE(text_file_read(file, &number));
+    TEST_ASSERT_EQUAL_INT(EINTR, errno);
+    TEST_ASSERT_FALSE(text_file_write(file, 77));
+    TEST_ASSERT_EQUAL_INT(EINTR, errno);
+    interrupted = 0;
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_whole_numbers_are_read);
     RUN_TEST(test_half_a_number_is_none);
+    RUN_TEST(test_what_a_signal_interrupts_is_repeated);
+    RUN_TEST(test_what_is_always_interrupted_fails);
     return UNITY_END();
 }

@@ -7,11 +7,34 @@
 #include <unistd.h>
 
 #define DIGITS_MAX 24
+#define TRIALS     8 ///< a driver that waits is interrupted by every signal, even by one that stops nothing
+
+static ssize_t read_text(int file, char *text, size_t size)
+{
+    ssize_t length = -1;
+    errno          = EINTR;
+    for (int trial = 0; trial < TRIALS && length < 0 && errno == EINTR; trial++)
+    {
+        length = pread(file, text, size, 0);
+    }
+    return length;
+}
+
+static ssize_t write_text(int file, const char *text, size_t size)
+{
+    ssize_t length = -1;
+    errno          = EINTR;
+    for (int trial = 0; trial < TRIALS && length < 0 && errno == EINTR; trial++)
+    {
+        length = pwrite(file, text, size, 0);
+    }
+    return length;
+}
 
 bool text_file_read(int file, int64_t *number)
 {
     char          text[DIGITS_MAX + 1];
-    const ssize_t length = pread(file, text, DIGITS_MAX, 0);
+    const ssize_t length = read_text(file, text, DIGITS_MAX);
     if (length <= 0)
     {
         errno = length == 0 ? ENODATA : errno;
@@ -30,5 +53,5 @@ bool text_file_write(int file, int64_t number)
 {
     char      text[DIGITS_MAX + 1];
     const int length = snprintf(text, sizeof text, "%" PRId64 "\n", number);
-    return pwrite(file, text, (size_t)length, 0) == length;
+    return write_text(file, text, (size_t)length) == length;
 }
