@@ -281,7 +281,7 @@ struct native_joint
     tribo_joint_q31_t fixed;
 };
 
-native_joint_t *native_joint_new(bool q31, const float numbers[6], native_error_t *error)
+native_joint_t *native_joint_new(bool q31, const float numbers[7], native_error_t *error)
 {
     native_joint_t *const joint = calloc(1, sizeof *joint);
     if (joint == NULL)
@@ -294,7 +294,8 @@ native_joint_t *native_joint_new(bool q31, const float numbers[6], native_error_
                                          .travel                  = numbers[2],
                                          .breakaway               = numbers[3],
                                          .actuator_pole_rad_per_s = numbers[4],
-                                         .gain                    = numbers[5]};
+                                         .gain                    = numbers[5],
+                                         .wrap                    = numbers[6]};
     joint->q31                        = q31;
     joint->effort_max                 = (double)numbers[1];
     const tribo_status_t status =

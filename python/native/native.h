@@ -160,8 +160,8 @@ size_t native_axis_blob_size(const native_axis_t *axis);
 void   native_axis_export(const native_axis_t *axis, void *bytes);
 bool   native_axis_import(native_axis_t *axis, const void *bytes, size_t size, native_error_t *error);
 
-/// `numbers`: sample time, effort_max, travel, breakaway, actuator's pole, gain. Null if it is refused.
-native_joint_t *native_joint_new(bool q31, const float numbers[6], native_error_t *error);
+/// `numbers`: sample time, effort_max, travel, breakaway, actuator's pole, gain, wrap. Null if it is refused.
+native_joint_t *native_joint_new(bool q31, const float numbers[7], native_error_t *error);
 void            native_joint_delete(native_joint_t *joint);
 void            native_joint_play(native_joint_t *joint,
                                   const double   *effort,

@@ -236,7 +236,8 @@ class Joint:
     >>> joint.step(0.5, 0.0, 0.0)
     0.5
 
-    q_ref and q are in one unit, in q31 whole counts of the encoder; `travel` is the least change of q that is motion, not noise.
+    q_ref and q are in one unit, in q31 whole counts of the encoder; `travel` is the least change of q that is motion, not noise. If positions begin
+    anew after a turn, `wrap` is its travel.
     """
 
     def __init__(
@@ -248,10 +249,11 @@ class Joint:
         breakaway: float = 0.0,
         actuator_pole_rad_per_s: float = 0.0,
         gain: float = 0.97,
+        wrap: float = 0.0,
         arith: Arithmetic = "f32",
     ) -> None:
         error = new_error()
-        made = lib.native_joint_new(_arithmetic(arith), (sample_time_s, effort_max, travel, breakaway, actuator_pole_rad_per_s, gain), error)
+        made = lib.native_joint_new(_arithmetic(arith), (sample_time_s, effort_max, travel, breakaway, actuator_pole_rad_per_s, gain, wrap), error)
         if made == ffi.NULL:
             raise raised(error)
         self._joint = ffi.gc(made, lib.native_joint_delete)

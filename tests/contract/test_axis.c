@@ -626,6 +626,49 @@ static void test_a_breakaway_far_from_the_rigs_is_named_with_its_direction(void)
     }
 }
 
+/// What the learner says counts only once slides both ways have settled friction, and while there is enough of it.
+static void test_a_warning_of_the_learner_needs_settled_friction(void)
+{
+    static const struct
+    {
+        float       variance, sliding, presliding; ///< P_00, V_0, V_2
+        const char *says;
+    } cases[]                            = {{0.05f, 1.0f, 1.3f, "double presliding_n"},
+                                            {0.05f, 1.0f, -0.2f, "halve presliding_n"},
+                                            {0.05f, 1.0f, 1.0f, NULL},
+                                            {0.3f, 1.0f, 1.3f, NULL},
+                                            {0.3f, 1.0f, -0.2f, NULL},
+                                            {0.05f, 0.3f, 0.5f, NULL},
+                                            {0.05f, 0.3f, -0.2f, NULL}};
+    const tribo_axis_f32_config_t config = rig(1.0f);
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    tribo_feedforward_learner_t *const        learner  = &axis.feedforward.learner;
+    const tribo_feedforward_learning_t *const learning = &axis.params.feedforward.learning;
+    for (uint32_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
+    {
+        learner->P[0]    = cases[i].variance;
+        learner->a[0]    = (cases[i].sliding - 1.0f) / learning->deviation[0];
+        learner->a[2]    = cases[i].presliding / learning->deviation[2];
+        axis.guard.cause = TRIBO_GUARD_NONE;
+        TEST_ASSERT_EQUAL_STRING("", texts_of(&axis));
+        axis.guard.cause        = TRIBO_GUARD_OVERSHOOT;
+        const char *const texts = texts_of(&axis);
+        TEST_ASSERT_NOT_NULL(strstr(texts, "overshot"));
+        TEST_ASSERT_TRUE(cases[i].says != NULL ? strstr(texts, cases[i].says) != NULL
+                                               : strstr(texts, "presliding:") == NULL);
+    }
+    tribo_axis_report_t report;
+    axis.guard.cause  = TRIBO_GUARD_NONE;
+    learner->at_bound = TRIBO_FEEDFORWARD_BOUND_TURNS;
+    learner->P[0]     = 0.3f;
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, report.breakaway_factor); // a warning, but too little is known for a factor
+    TEST_ASSERT_NOT_NULL(strstr(texts_of(&axis), "learning stays below"));
+    learner->P[0] = 0.1f;
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_EQUAL_FLOAT(0.2f, report.breakaway_factor);
+}
+
 /// Follows breakaway_factor, each time with a new axis, from a twentieth and from ten times the truth.
 static void test_the_factor_leads_to_a_breakaway_that_fits(void)
 {
@@ -766,6 +809,7 @@ int main(void)
     RUN_TEST(test_a_blob_with_a_flipped_bit_is_refused);
     RUN_TEST(test_each_warning_has_a_sentence_and_a_command_clears_what_is_latched);
     RUN_TEST(test_a_breakaway_far_from_the_rigs_is_named_with_its_direction);
+    RUN_TEST(test_a_warning_of_the_learner_needs_settled_friction);
     RUN_TEST(test_the_factor_leads_to_a_breakaway_that_fits);
     RUN_TEST(test_presliding_that_trips_the_guard_is_named_and_its_advice_helps);
     RUN_TEST(test_a_learner_that_nobody_calls_is_a_warning);

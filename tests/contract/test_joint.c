@@ -164,6 +164,20 @@ static void test_each_field_is_checked(void)
         begin(0.1);
         TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_GAIN, TRIBO(joint, gain)(&joint, bad[i]));
     }
+    const float wrong[] = {NAN, INFINITY, -1.0f, 1.1e9f, 99.0f * (float)TRAVEL};
+    for (uint32_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++)
+    {
+        tribo_joint_config_t config = config_of(0.1);
+        config.wrap                 = wrong[i];
+        TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_WRAP, TRIBO(joint, init)(&joint, &config));
+    }
+    tribo_joint_config_t turn = config_of(0.1);
+    turn.wrap                 = 100.5f * (float)TRAVEL;
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, init)(&joint, &turn));
+#if TRIBO_IS_Q31
+    turn.wrap = 1000.5f; // no whole count
+    TEST_ASSERT_EQUAL(TRIBO_ERR_JOINT_WRAP, TRIBO(joint, init)(&joint, &turn));
+#endif
     tribo_joint_config_t config    = config_of(0.1);
     config.actuator_pole_rad_per_s = 0.0f;
     config.sample_time_s           = 0.1f; // slower than all of its own times
@@ -177,6 +191,47 @@ static void test_each_field_is_checked(void)
 #endif
     TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, TRIBO(joint, init)(NULL, &config));
     TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, TRIBO(joint, init)(&joint, NULL));
+}
+
+/// Position `x` of an encoder that begins anew after `turn` counts, at `from` counts.
+static double wrapped(double x, double turn, double from)
+{
+    return from + fmod(fmod(x - from, turn) + turn, turn);
+}
+
+/// Encoders of 3,000 and 4,096 counts a turn, and one whose reference counts turns: the same u in each tick.
+static void test_a_joint_that_wraps_is_the_one_that_counts_turns(void)
+{
+    static joint_t    wraps;
+    static const long turns[] = {3000, 4096};
+    for (uint32_t i = 0; i < 6u; i++)
+    {
+        const double         turn   = (double)turns[i % 2u];
+        const double         from   = i / 2u == 1u ? -0.5 * turn : 0.0;
+        tribo_joint_config_t config = config_of(FRICTION);
+        config.wrap                 = (float)turn;
+        plant_t x                   = {.friction = FRICTION, .sign = 1};
+        begin(FRICTION);
+        TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, init)(&wraps, &config));
+        double integral = 0.0;
+        for (long tick = 0; tick < 12 * MOVE; tick++)
+        {
+            const double q_ref  = round(3.0 * wanted(tick)) - 5000.0;
+            const double q      = floor(x.position) - 5000.0;
+            const double effort = fmax(-1.0, fmin(1.0, 0.004 * (q_ref - q) + 0.0001 * (q_ref - x.last) + integral));
+            integral            = fmax(-0.5, fmin(0.5, integral + 0.000005 * (q_ref - q)));
+            x.last              = q_ref;
+            const double u      = step(effort, q_ref, q);
+            const double seen   = i / 2u == 2u ? q_ref : wrapped(q_ref, turn, from);
+            const double other  = number(
+                TRIBO(joint, step)(&wraps, effort_of(effort), (position_t)seen, (position_t)wrapped(q, turn, from)));
+            TEST_ASSERT_TRUE(u == other);
+            x.speed += H * (u - (x.speed > 0.0 ? FRICTION : -FRICTION)) / MASS;
+            x.speed *= 0.98;
+            x.position += H * x.speed;
+        }
+        TEST_ASSERT_TRUE(report().is_learned);
+    }
 }
 
 static void test_before_the_init_a_joint_puts_out_nothing(void)
@@ -771,6 +826,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_an_empty_config_is_refused_field_by_field);
     RUN_TEST(test_each_field_is_checked);
+    RUN_TEST(test_a_joint_that_wraps_is_the_one_that_counts_turns);
     RUN_TEST(test_before_the_init_a_joint_puts_out_nothing);
     RUN_TEST(test_friction_is_learned_whatever_was_believed_and_taken_out);
     RUN_TEST(test_a_load_is_told_apart_from_friction);

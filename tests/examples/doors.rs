@@ -120,6 +120,7 @@ fn play_joint(q31: bool) {
         breakaway: 0.0,
         actuator_pole_rad_per_s: 0.0,
         gain: 0.97,
+        wrap: 0.0,
     };
     let (mut single, mut fixed) = (Joint::new(&config).unwrap(), JointQ31::new(&JointConfig { travel: 4.0, ..config }).unwrap());
     for row in rows() {

@@ -18,7 +18,8 @@ tribo_status_t fmu_door_start(void *door, const double fields[FIELD_COUNT])
                                          .travel                  = (float)fields[FIELD_travel],
                                          .breakaway               = (float)fields[FIELD_breakaway],
                                          .actuator_pole_rad_per_s = (float)fields[FIELD_actuator_pole_rad_per_s],
-                                         .gain                    = (float)fields[FIELD_gain]};
+                                         .gain                    = (float)fields[FIELD_gain],
+                                         .wrap                    = (float)fields[FIELD_wrap]};
     return TRIBO(joint, init)(door, &config);
 }
 

@@ -9,8 +9,8 @@
 ///     u = tribo_joint_f32_step(&joint, my_loop(q_ref, q), q_ref, q); // every tick
 ///
 /// Your loop may control position, velocity or impedance, or hold the joint against gravity. `q_ref` is the position
-/// that the loop wants, `q` the measured one, both in radians, counts or metres. Positions must not wrap at a turn:
-/// count turns. (In Q31 they may wrap at 32 bits.) For a velocity loop q_ref is the integral of its reference. Where a
+/// that the loop wants, `q` the measured one, both in radians, counts or metres. If positions begin
+/// anew after a turn, set `wrap`; without it count turns. (In Q31 they may wrap at 32 bits.) For a velocity loop q_ref is the integral of its reference. Where a
 /// hand leads the joint, pass q as q_ref. Effort is the output of your loop in N m, N or A.
 ///
 /// Direction. While q_ref moves, the term opposes the friction of that motion. While q_ref rests and the joint is off
@@ -53,6 +53,7 @@ typedef struct
     float breakaway; ///< your guess of the friction, 0 to effort_max; half of it is used until friction is learned
     float actuator_pole_rad_per_s; ///< pole of the current loop, 1e-3 to 1e6; 0: fast
     float gain; ///< part of the learned friction that is taken out, 0 to 1; where a hand leads at most 0.9
+    float wrap; ///< travel of a turn after which q and q_ref begin anew, e.g. 2 pi; at least 100 travel; 0: they do not
 } tribo_joint_config_t;
 
 typedef enum
@@ -85,8 +86,8 @@ typedef struct
 tribo_joint_config_t tribo_joint_config(void);
 
 /// Initialises a joint at rest that has learned nothing. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME,
-/// TRIBO_ERR_JOINT_EFFORT, TRIBO_ERR_JOINT_TRAVEL, TRIBO_ERR_JOINT_BREAKAWAY, TRIBO_ERR_JOINT_POLE or
-/// TRIBO_ERR_JOINT_GAIN. Writes nothing unless TRIBO_OK. Not for the tick.
+/// TRIBO_ERR_JOINT_EFFORT, TRIBO_ERR_JOINT_TRAVEL, TRIBO_ERR_JOINT_BREAKAWAY, TRIBO_ERR_JOINT_POLE,
+/// TRIBO_ERR_JOINT_GAIN or TRIBO_ERR_JOINT_WRAP. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_joint_f32_init(tribo_joint_f32_t *joint, const tribo_joint_config_t *config);
 
 /// Runs one tick: returns u for the drive, within +-effort_max for any input, or 0 before the init. A bad effort counts
@@ -123,6 +124,7 @@ const char *tribo_joint_cause_text(tribo_joint_cause_t cause);
 typedef struct
 {
     float    effort_max, half, fastest; ///< half of `travel`; a larger motion of q in a tick is not a motion
+    float    wrap, per_wrap;            ///< a turn and its reciprocal; 0: positions do not wrap
     float    gain, led;                 ///< the gain, and the gain where a hand leads
     float    jump;                      ///< largest change of the term in a tick, divided by the learned friction
     float    level_part, observer_part, actuator_part;

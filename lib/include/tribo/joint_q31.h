@@ -42,6 +42,7 @@ typedef struct
     int32_t  effort_max, half, fastest;
     uint32_t gain, led, jump, level_part, observer_part, actuator_part, fade_step, rest_ticks;
     float    unit; ///< the effort of full scale
+    int32_t  wrap; ///< counts of a turn; 0: positions wrap at 32 bits only
 } tribo_joint_q31_params_t;
 
 typedef struct

@@ -140,6 +140,7 @@ extern "C" {
     REFUSAL(JOINT_BREAKAWAY, "", "joint breakaway: 0 to effort_max") \
     REFUSAL(JOINT_POLE, "", "joint actuator_pole_rad_per_s: 1e-3 to 1e6 rad/s, or 0") \
     REFUSAL(JOINT_GAIN, "", "joint gain: 0 to 1, of the learned friction") \
+    REFUSAL(JOINT_WRAP, "", "joint wrap: 0, or from 100 travel to 1e9; q31: whole counts") \
     REFUSAL(PART, "", "method, guard: of the other arithmetic; tribo_feedforward_q31_use and tribo_guard_q31_use for a loop in Q31") \
     REFUSAL(MEMORY, "", "state.memory: null, but the params name a method; the memory of that method, before the start")
 

@@ -262,7 +262,7 @@ static force_t term_of(joint_t *x, force_t effort)
 /// Returns the change of q in this tick. A jump that is not a motion counts as none and voids the slide.
 static way_t motion(joint_t *x, position_t now, position_t before)
 {
-    const way_t moved = way_between(now, before);
+    const way_t moved = way_between(&x->params, now, before);
     if (way_beyond(moved, x->params.fastest))
     {
         x->slide.ticks = JOINT_TICKS_MAX;
@@ -291,9 +291,10 @@ force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t 
             joint->q_ref = q_ref;
             joint->q     = q;
         }
-        const way_t intended = way_between(q_ref, joint->q_ref); // of any size: a step is an intention as well
+        const way_t intended =
+            way_between(&joint->params, q_ref, joint->q_ref); // of any size: a step is an intention as well
         const way_t measured = motion(joint, q, joint->q);
-        const way_t off      = way_between(q_ref, q);
+        const way_t off      = way_between(&joint->params, q_ref, q);
         joint->q_ref         = q_ref;
         joint->q             = q;
         direct(joint, intended, off, sound);

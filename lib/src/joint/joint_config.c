@@ -31,7 +31,13 @@ tribo_status_t tribo_joint_config_check(const tribo_joint_config_t *config)
     {
         return TRIBO_ERR_JOINT_POLE;
     }
-    return within(config->gain, 0.0f, 1.0f) ? TRIBO_OK : TRIBO_ERR_JOINT_GAIN;
+    if (!within(config->gain, 0.0f, 1.0f))
+    {
+        return TRIBO_ERR_JOINT_GAIN;
+    }
+    const bool is_open = config->wrap == 0.0f;
+    return is_open || within(config->wrap, JOINT_WRAP_MIN * config->travel, JOINT_WRAP_MAX) ? TRIBO_OK
+                                                                                            : TRIBO_ERR_JOINT_WRAP;
 }
 
 float tribo_joint_led(float gain)

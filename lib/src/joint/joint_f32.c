@@ -12,6 +12,7 @@ typedef float long_t;
 
 #define SMALLEST     1.0e-30f
 #define POSITION_MAX 1.0e9f
+#define TURNS_MAX    8.0e6f // a float beyond has no fraction
 #define EFFORT_MAX   1.0e9f
 
 static inline bool position_is_bad(position_t q)
@@ -24,9 +25,16 @@ static inline bool effort_is_bad(force_t effort)
     return exceeds(effort, EFFORT_MAX);
 }
 
-static inline way_t way_between(position_t a, position_t b)
+/// a - b; if positions wrap, the short way.
+static inline way_t way_between(const tribo_joint_f32_params_t *params, position_t a, position_t b)
 {
-    return a - b;
+    const float way = a - b;
+    if (params->wrap == 0.0f)
+    {
+        return way;
+    }
+    const float turns = limit_f32(way * params->per_wrap, -TURNS_MAX, TURNS_MAX);
+    return way - params->wrap * (float)(int32_t)(turns + (turns < 0.0f ? -0.5f : 0.5f));
 }
 
 static inline way_t way_plus(way_t a, way_t b)
@@ -102,6 +110,8 @@ tribo_status_t tribo_joint_f32_init(tribo_joint_f32_t *joint, const tribo_joint_
     *joint                    = (tribo_joint_f32_t){.params   = {.effort_max    = config->effort_max,
                                                                  .half          = 0.5f * config->travel,
                                                                  .fastest       = JOINT_FASTEST * config->travel,
+                                                                 .wrap          = config->wrap,
+                                                                 .per_wrap      = config->wrap > 0.0f ? 1.0f / config->wrap : 0.0f,
                                                                  .gain          = config->gain,
                                                                  .led           = tribo_joint_led(config->gain),
                                                                  .jump          = rates.jump,

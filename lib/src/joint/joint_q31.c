@@ -32,9 +32,16 @@ static inline bool effort_is_bad(force_t effort)
     return false;
 }
 
-static inline way_t way_between(position_t a, position_t b)
+/// a - b; if positions wrap at a turn, the short way.
+static inline way_t way_between(const tribo_joint_q31_params_t *params, position_t a, position_t b)
 {
-    const int32_t counts = difference_q31(a, b);
+    const int32_t wrap   = params->wrap;
+    int32_t       counts = difference_q31(a, b);
+    if (wrap != 0 && exceeds_q31(counts, wrap / 2))
+    {
+        counts %= wrap; // of the sign of counts
+        counts -= exceeds_q31(counts, wrap / 2) ? (counts < 0 ? -wrap : wrap) : 0;
+    }
     return COUNT * limit_q31(counts, -WAY_MAX / COUNT, WAY_MAX / COUNT);
 }
 
@@ -128,6 +135,10 @@ tribo_status_t tribo_joint_q31_init(tribo_joint_q31_t *joint, const tribo_joint_
     {
         return TRIBO_ERR_JOINT_TRAVEL;
     }
+    if (config->wrap != (float)(int32_t)config->wrap)
+    {
+        return TRIBO_ERR_JOINT_WRAP;
+    }
     const joint_rates_t rates = tribo_joint_config_rates(config);
     const int32_t       half  = (int32_t)(0.5f * config->travel * (float)COUNT);
     *joint                    = (tribo_joint_q31_t){.params   = {.effort_max    = INT32_MAX,
@@ -141,6 +152,7 @@ tribo_status_t tribo_joint_q31_init(tribo_joint_q31_t *joint, const tribo_joint_
                                                                  .actuator_part = fixed_unsigned(rates.actuator_part, 32),
                                                                  .fade_step     = fixed_unsigned(rates.fade_step, 32),
                                                                  .rest_ticks    = (uint32_t)rates.rest_ticks,
+                                                                 .wrap          = (int32_t)config->wrap,
                                                                  .unit          = config->effort_max},
                                                     .made     = 1,
                                                     .share    = ALL,

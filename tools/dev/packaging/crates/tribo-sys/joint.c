@@ -20,7 +20,7 @@ _Static_assert(_Alignof(joint_t) <= 8, "a joint in src/lib.rs is not aligned eno
 
 typedef struct
 {
-    float sample_time_s, effort_max, travel, breakaway, actuator_pole_rad_per_s, gain;
+    float sample_time_s, effort_max, travel, breakaway, actuator_pole_rad_per_s, gain, wrap;
 } joint_config_t;
 
 typedef struct
@@ -42,7 +42,8 @@ int32_t SYS_JOINT(init)(joint_t *joint, const joint_config_t *config)
                                         .travel                  = config->travel,
                                         .breakaway               = config->breakaway,
                                         .actuator_pole_rad_per_s = config->actuator_pole_rad_per_s,
-                                        .gain                    = config->gain};
+                                        .gain                    = config->gain,
+                                        .wrap                    = config->wrap};
     return (int32_t)JOINT(init)(joint, &given);
 }
 

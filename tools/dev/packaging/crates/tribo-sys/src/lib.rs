@@ -108,6 +108,8 @@ pub struct JointConfig {
     pub actuator_pole_rad_per_s: f32,
     /// Part of the learned friction that is taken out, 0 to 1.
     pub gain: f32,
+    /// Travel of a turn after which positions begin anew, at least 100 travel; 0: they do not.
+    pub wrap: f32,
 }
 
 #[repr(C)]

@@ -129,7 +129,7 @@ joint!(
     ///
     /// ```
     /// use tribo::{JointConfig, JointQ31};
-    /// let config = JointConfig { sample_time_s: 1e-3, effort_max: 3.0, travel: 4.0, breakaway: 0.3, actuator_pole_rad_per_s: 0.0, gain: 0.97 };
+    /// let config = JointConfig { sample_time_s: 1e-3, effort_max: 3.0, travel: 4.0, breakaway: 0.3, actuator_pole_rad_per_s: 0.0, gain: 0.97, wrap: 0.0 };
     /// let mut joint = JointQ31::new(&config)?; // N m and counts
     /// let u = joint.step(1 << 29, 1200, 1196); // i32::MAX is 3 N m
     /// # assert!(u > 0);

@@ -21,7 +21,7 @@
 //!
 //! ```
 //! use tribo::{Joint, JointConfig};
-//! let config = JointConfig { sample_time_s: 1e-3, effort_max: 3.0, travel: 0.0015, breakaway: 0.3, actuator_pole_rad_per_s: 0.0, gain: 0.97 };
+//! let config = JointConfig { sample_time_s: 1e-3, effort_max: 3.0, travel: 0.0015, breakaway: 0.3, actuator_pole_rad_per_s: 0.0, gain: 0.97, wrap: 0.0 };
 //! let mut joint = Joint::new(&config)?; // N m and rad
 //! let u = joint.step(0.5, 0.1, 0.1); // effort of your loop, where the joint shall be, where it is
 //! # Ok::<(), tribo::Refused>(())

@@ -3,7 +3,7 @@
 use tribo::{Cause, Joint, JointConfig, JointQ31};
 
 const CONFIG: JointConfig =
-    JointConfig { sample_time_s: 1e-3, effort_max: 1.0, travel: 4.0 / 8192.0, breakaway: 0.0, actuator_pole_rad_per_s: 0.0, gain: 0.9 };
+    JointConfig { sample_time_s: 1e-3, effort_max: 1.0, travel: 4.0 / 8192.0, breakaway: 0.0, actuator_pole_rad_per_s: 0.0, gain: 0.9, wrap: 0.0 };
 
 const COUNTS: JointConfig = JointConfig { travel: 4.0, ..CONFIG };
 
