@@ -267,6 +267,14 @@ def test_a_line_that_is_no_number_ends_the_run(drive, line):
     assert "standard input" in said
 
 
+@pytest.mark.parametrize("lines", ["0.5", "0.1\n0.5"])
+def test_a_last_line_without_an_end_ends_the_run(drive, lines):
+    """Its sender may have died within 0.5e-3."""
+    log, said = drive.ticks(100, "--reference", "-", lines=lines, status=1)
+    assert "standard input: '0.5' is not a whole line: it ends without a newline" in said
+    assert max(log["r_N"]) < 0.2 and len(log["r_N"]) < 100
+
+
 def test_set_changes_the_scenario(drive):
     log, _ = drive.ticks(10, "--set", "reference.kind=step", "--set", "reference.high_N=0.2")
     assert log["r_N"][-1] == pytest.approx(0.2)

@@ -22,8 +22,11 @@ bool counter_open(counter_t *counter, const counter_config_t *config, const char
     {
         return common_error_set(error, "%s.file: %s: %s", key, config->file, strerror(errno));
     }
-    return read_count(counter, &counter->count) ||
-           common_error_set(error, "%s.file: %s does not hold a whole number", key, config->file);
+    return read_count(counter, &counter->count) || common_error_set(error,
+                                                                    "%s.file: %s cannot be read as a whole number: %s",
+                                                                    key,
+                                                                    config->file,
+                                                                    strerror(errno));
 }
 
 void counter_close(counter_t *counter)

@@ -305,6 +305,13 @@ static bool read_lines(program_t *program, common_error_t *error)
             program->line[program->line_length++] = bytes[i];
         }
     }
+    if (program->line_end && program->line_length > 0u) // its sender may have ended within a number
+    {
+        return common_error_set(error,
+                                "standard input: '%.*s' is not a whole line: it ends without a newline",
+                                (int)program->line_length,
+                                program->line);
+    }
     return true;
 }
 
