@@ -274,6 +274,12 @@ static void test_a_counter_is_the_arms_position(void)
     write_counter("\n");
     TEST_ASSERT_FALSE(open_board());
     TEST_ASSERT_NOT_NULL(strstr(error.text, "position.file: /tmp/tribo-position-"));
+    TEST_ASSERT_NOT_NULL(strstr(error.text, " cannot be read as a whole number: Invalid argument"));
+    (void)snprintf(rig.position.file, sizeof rig.position.file, "/tmp");
+    error = (common_error_t){""};
+    TEST_ASSERT_FALSE(open_board());
+    TEST_ASSERT_NOT_NULL(strstr(error.text, "position.file: /tmp cannot be read as a whole number: Is a directory"));
+    (void)snprintf(rig.position.file, sizeof rig.position.file, "/tmp/tribo-position-%ld", (long)getpid());
     error = (common_error_t){""};
     (void)remove(rig.position.file);
     TEST_ASSERT_FALSE(open_board());
