@@ -229,7 +229,7 @@ def test_params_of_another_version_of_the_library_do_not_compile(sim, arithmetic
     assert "made for another version of tribo: run tribo-sim params again" in result.stderr
 
 
-def test_a_header_says_what_it_was_made_of(sim):
+def test_a_header_names_its_inputs(sim):
     sets = ["compensator.gain=0.5", 'description="one\\\ntwo */ \u202e"']
     header = sim.ok("params", "triangle", "--name", "Knob_2", "--arith", "q31", "--set", sets[0], "--set", sets[1])
     comment = "\n".join(line for line in header.splitlines() if line.startswith("///"))

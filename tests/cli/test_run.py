@@ -907,7 +907,7 @@ def test_full_scale_must_hold_the_loops_forces_and_shows_in_the_resolution(sim):
     assert all(abs(u / 1e5 * 2**31 - round(u / 1e5 * 2**31)) < 1e-2 for u in coarse["u_N"])
 
 
-def test_a_cascade_without_headroom_is_told_as_its_sections(sim):
+def test_a_cascade_without_headroom_is_reported_by_section(sim):
     sim.write("x.yaml", SHORT + "controller: {kind: delta, sections: [{b0: 1e-6, b1: 1e-6, b2: 5e-7, a1: 1, a2: 0.5},"
                                 " {b0: 1e-6, b1: 1e-6, b2: 5e-7, a1: 1, a2: 0.5}]}\n")
     sim.ok("run", "x.yaml")
@@ -951,7 +951,7 @@ def test_open_loop_has_nothing_for_a_drive(sim):
     sim.fails(message, "run", "x.yaml", "--target", "m4f")
 
 
-def test_a_reference_with_other_separators_is_told_of_commas(sim):
+def test_a_reference_with_other_separators_is_refused_with_a_hint_at_commas(sim):
     sim.write("x.yaml", "duration_s: 1\nreference: {kind: csv, file: r.csv}\n")
     sim.write("r.csv", "t_s;r_N\n0;0,1\n1;0,5\n")
     sim.fails("r.csv:1:1: no column is named t_s; columns must be separated by commas, and there is only one", "run", "x.yaml")

@@ -744,7 +744,7 @@ static void test_presliding_that_trips_the_guard_is_named_and_its_advice_helps(v
     TEST_ASSERT_EQUAL_STRING("", texts_of(&axis));
 }
 
-static void test_a_learner_that_nobody_calls_is_a_warning(void)
+static void test_a_learner_that_is_never_called_is_a_warning(void)
 {
     const tribo_axis_f32_config_t config = rig(1.0f);
     tribo_axis_report_t           report;
@@ -812,7 +812,7 @@ int main(void)
     RUN_TEST(test_a_warning_of_the_learner_needs_settled_friction);
     RUN_TEST(test_the_factor_leads_to_a_breakaway_that_fits);
     RUN_TEST(test_presliding_that_trips_the_guard_is_named_and_its_advice_helps);
-    RUN_TEST(test_a_learner_that_nobody_calls_is_a_warning);
+    RUN_TEST(test_a_learner_that_is_never_called_is_a_warning);
     RUN_TEST(test_the_largest_limits_are_taken);
 #if TRIBO_IS_Q31
     RUN_TEST(test_a_usual_force_beyond_the_full_scale_is_refused);

@@ -1448,7 +1448,7 @@ static void test_u_does_not_rest_where_the_monitor_alone_feeds_friction_back(voi
 }
 
 /// What another method goes on from.
-static void test_a_hand_over_is_told_error_reading_and_term_of_the_last_tick(void)
+static void test_a_hand_over_gets_error_reading_and_term_of_the_last_tick(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0};
     init(&x);
@@ -1726,7 +1726,7 @@ int main(void)
     RUN_TEST(test_a_method_at_rest_takes_no_sum_over);
     RUN_TEST(test_counters_stop_at_their_end);
     RUN_TEST(test_u_does_not_rest_where_the_monitor_alone_feeds_friction_back);
-    RUN_TEST(test_a_hand_over_is_told_error_reading_and_term_of_the_last_tick);
+    RUN_TEST(test_a_hand_over_gets_error_reading_and_term_of_the_last_tick);
     RUN_TEST(test_friction_takes_the_share_of_a_guard);
     RUN_TEST(test_a_jump_leads_the_actuator);
     RUN_TEST(test_chatter_in_a_hold_lowers_friction);

@@ -270,7 +270,7 @@ static void test_friction_is_learned_whatever_was_believed_and_taken_out(void)
     }
 }
 
-static void test_a_load_is_told_apart_from_friction(void)
+static void test_a_load_is_distinguished_from_friction(void)
 {
     (void)error_with(0.9, 0.0, 0.08);
     TEST_ASSERT_FLOAT_WITHIN(0.01f, (float)FRICTION, report().friction);
@@ -471,7 +471,7 @@ static void test_a_joint_that_sticks_while_q_ref_goes_most_of_its_way_learns(voi
     TEST_ASSERT_FLOAT_WITHIN(0.02f, 0.2f, report().friction);
 }
 
-static void test_a_long_way_is_not_asked_for_twice(void)
+static void test_a_long_travel_is_not_requested_twice(void)
 {
     begin_without_term();
     late_slides(1, 0);
@@ -653,7 +653,7 @@ static void test_a_dead_encoder_takes_the_term_away(void)
 }
 #endif
 
-static void test_a_reference_may_step_as_far_as_it_likes(void)
+static void test_a_reference_may_step_by_any_amount(void)
 {
     begin(FRICTION);
     for (int k = 0; k < 12; k++)
@@ -829,7 +829,7 @@ int main(void)
     RUN_TEST(test_a_joint_that_wraps_is_the_one_that_counts_turns);
     RUN_TEST(test_before_the_init_a_joint_puts_out_nothing);
     RUN_TEST(test_friction_is_learned_whatever_was_believed_and_taken_out);
-    RUN_TEST(test_a_load_is_told_apart_from_friction);
+    RUN_TEST(test_a_load_is_distinguished_from_friction);
     RUN_TEST(test_a_load_by_a_model_is_added_and_not_learned);
     RUN_TEST(test_a_gain_ramps);
     RUN_TEST(test_u_is_the_effort_where_gain_is_0_and_within_the_limit);
@@ -838,7 +838,7 @@ int main(void)
     RUN_TEST(test_a_motion_that_q_ref_did_not_ask_for_teaches_nothing);
     RUN_TEST(test_a_jump_or_a_slide_that_is_too_long_teaches_nothing);
     RUN_TEST(test_a_joint_that_sticks_while_q_ref_goes_most_of_its_way_learns);
-    RUN_TEST(test_a_long_way_is_not_asked_for_twice);
+    RUN_TEST(test_a_long_travel_is_not_requested_twice);
 #if TRIBO_IS_Q31
     RUN_TEST(test_counts_may_wrap);
 #endif
@@ -851,7 +851,7 @@ int main(void)
 #if !TRIBO_IS_Q31
     RUN_TEST(test_a_dead_encoder_takes_the_term_away);
 #endif
-    RUN_TEST(test_a_reference_may_step_as_far_as_it_likes);
+    RUN_TEST(test_a_reference_may_step_by_any_amount);
     RUN_TEST(test_a_joint_that_is_off_by_two_travels_turns_and_not_before);
     RUN_TEST(test_one_pair_of_slides_moves_what_is_learned_by_a_quarter_at_most);
     RUN_TEST(test_a_joint_behind_its_reference_is_not_astray);

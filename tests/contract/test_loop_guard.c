@@ -118,7 +118,7 @@ static void test_u_does_not_jump_when_friction_that_a_guard_has_faded_changes(vo
     TEST_ASSERT_TRUE(jump_to(&to) < 1e-3);
 }
 
-static void test_a_latched_cause_fades_friction_that_is_fed_forward(void)
+static void test_a_latched_cause_fades_out_the_feed_forward(void)
 {
     feed_forward();
     for (int k = 0; k < 1000; k++)
@@ -193,7 +193,7 @@ int main(void)
     RUN_TEST(test_the_first_start_of_a_zeroed_state_has_nothing_to_keep);
     RUN_TEST(test_u_does_not_jump_when_a_guard_is_given_up);
     RUN_TEST(test_u_does_not_jump_when_friction_that_a_guard_has_faded_changes);
-    RUN_TEST(test_a_latched_cause_fades_friction_that_is_fed_forward);
+    RUN_TEST(test_a_latched_cause_fades_out_the_feed_forward);
     RUN_TEST(test_bad_inputs_are_not_judged);
     RUN_TEST(test_a_loop_whose_memory_is_not_named_is_judged_by_what_it_adds);
     RUN_TEST(test_the_papers_method_takes_over_the_fade_that_a_guard_has_left);

@@ -94,7 +94,7 @@ def test_a_folder_with_the_record_in_it_is_not_replaced(run, tmp_path):
     assert moved.is_file()
 
 
-def test_a_byte_order_mark_is_no_name(run, tmp_path):
+def test_a_byte_order_mark_is_not_part_of_a_name(run, tmp_path):
     record = write(tmp_path / "step.csv", [-40.0], 1.5, 1e-5)
     record.write_bytes(b"\xef\xbb\xbf" + record.read_bytes())
     assert identified(run, record)[0]["gain"] == pytest.approx(1.5, rel=1e-3)

@@ -181,7 +181,7 @@ def lab(run, tmp_path):
 NUM_Z, DEN_Z = scipy.signal.zpk2tf(*scipy.signal.bilinear_zpk([-25.0, -150.0], [0.0, -700.0], 12.0, 1 / H))
 
 
-def test_a_discrete_controller_without_its_sample_time_is_told_so(lab):
+def test_a_discrete_controller_without_sample_time_is_refused_with_that_reason(lab):
     code, said, _ = lab("k.mat", num=NUM_Z, den=DEN_Z)
     assert code == 2 and "a discrete K needs its sample time as well, sample_time_s (in MATLAB: Ts = K.Ts" in said
     assert lab("k.mat", num=NUM_Z, den=DEN_Z, Ts=H)[0] == 0  # the advice, followed

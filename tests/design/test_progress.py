@@ -43,7 +43,7 @@ def quick(monkeypatch):
     return watch
 
 
-def test_a_command_that_takes_long_says_what_it_does(quick):
+def test_a_slow_command_prints_its_progress(quick):
     stream = quick(is_terminal=True)
 
     def run(argv):

@@ -26,7 +26,7 @@ def joint():
     return synthesized(JOINT)
 
 
-def test_a_cancelled_resonance_is_told_and_its_g_s_is_shown(joint):
+def test_a_cancelled_resonance_is_reported_with_its_g_s(joint):
     """A 15 Hz joint with damping 0.02: max S 1.1, and the resonance 10 % lower is unstable."""
     assert joint.stages[-1].metrics.max_s < 1.2 and joint.stages[-1].metrics.max_gs > 5
     assert any("cancels the lightly damped mode -1.885+94.23j" in s for s in robustness.in_words(joint.robustness))

@@ -159,7 +159,7 @@ def test_nothing_is_advised_that_is_set_already(paper_data):
     assert "auto," not in str(error.value) and "try reduction.method" not in str(error.value)
 
 
-def test_a_slowest_pole_that_moves_is_no_harm_of_its_own(paper_data):
+def test_a_moved_slowest_pole_alone_is_not_reported_as_harm(paper_data):
     """A pole at 1e-6 rad/s with a zero on it: gone after the reduction, and nothing of the loop with it."""
     from tribo_design.importer import Imported
 

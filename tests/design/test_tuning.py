@@ -61,7 +61,7 @@ def test_the_usual_force_is_the_librarys(limits, said, force):
     assert tuning.rig_of(loop, "loop.yaml")["usual-force"] == force
 
 
-def test_a_pole_beyond_what_a_tick_shows_is_none(capsys, tmp_path):
+def test_a_pole_too_fast_for_a_tick_is_left_out(capsys, tmp_path):
     """As import and synthesize write the sensor of a plant of three poles."""
     fastest = tuned(capsys, "--sensor-pole", "1e8", "--actuator-pole", "1e9")
     assert fastest["feedforward"]["sensor_pole_rad_per_s"] == fastest["feedforward"]["actuator_pole_rad_per_s"] == pytest.approx(10 * 3.14159265e3, rel=1e-5)

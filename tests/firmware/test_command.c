@@ -112,7 +112,7 @@ static void test_a_long_line_keeps_its_terminator(void)
     TEST_ASSERT_EQUAL_CHAR('\0', reader.line[COMMAND_LENGTH_MAX]);
 }
 
-static void test_a_lost_byte_spoils_its_line_only(void)
+static void test_a_lost_byte_invalidates_only_its_line(void)
 {
     (void)take("sta");
     command_spoil(&reader);
@@ -158,7 +158,7 @@ int main(void)
     RUN_TEST(test_no_line_with_a_byte_more_or_less_starts);
     RUN_TEST(test_a_zero_byte_does_not_end_a_line);
     RUN_TEST(test_a_long_line_keeps_its_terminator);
-    RUN_TEST(test_a_lost_byte_spoils_its_line_only);
+    RUN_TEST(test_a_lost_byte_invalidates_only_its_line);
     RUN_TEST(test_a_million_random_bytes_do_not_start);
     return UNITY_END();
 }

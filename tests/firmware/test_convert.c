@@ -285,7 +285,7 @@ static double dead_time_ns(uint32_t bits, double timer_hz)
     return (32u + (bits & 0x1fu)) * (bits < 0xe0u ? 8u : 16u) * cycle_ns;
 }
 
-static void test_a_dead_time_is_never_shorter_than_asked(void)
+static void test_a_dead_time_is_never_shorter_than_requested(void)
 {
     const uint32_t clocks_hz[] = {168000000u, 16000000u};
     for (int i = 0; i < 2; i++)
@@ -328,7 +328,7 @@ static void test_the_bridges_output_is_in_ampere(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_dead_time_is_never_shorter_than_asked);
+    RUN_TEST(test_a_dead_time_is_never_shorter_than_requested);
     RUN_TEST(test_the_bridges_output_is_in_ampere);
     RUN_TEST(test_sensor_has_1638_codes_for_2_n);
     RUN_TEST(test_codes_near_the_ends_are_not_credible);

@@ -167,7 +167,7 @@ static void test_a_level_of_0_is_off(void)
     check_allowed((port_measured_t){INT32_MIN, INT32_MAX, INT32_MAX, 0});
 }
 
-static void test_a_level_of_what_the_board_does_not_measure_is_refused(void)
+static void test_a_level_of_a_quantity_the_board_does_not_measure_is_refused(void)
 {
     static const struct
     {
@@ -193,7 +193,7 @@ static void test_a_level_of_what_the_board_does_not_measure_is_refused(void)
     TEST_ASSERT_EQUAL_UINT(DRIVE_CONFIG_bus_high_v, error.field);
 }
 
-static void test_a_board_that_measures_nothing_is_not_asked(void)
+static void test_a_board_without_measurements_is_not_queried(void)
 {
     config = drive_config_default();
     power_up();
@@ -217,7 +217,7 @@ int main(void)
     RUN_TEST(test_too_high_a_temperature_stops);
     RUN_TEST(test_what_comes_and_goes_stops_from_one_in_three_ticks_on);
     RUN_TEST(test_a_level_of_0_is_off);
-    RUN_TEST(test_a_level_of_what_the_board_does_not_measure_is_refused);
-    RUN_TEST(test_a_board_that_measures_nothing_is_not_asked);
+    RUN_TEST(test_a_level_of_a_quantity_the_board_does_not_measure_is_refused);
+    RUN_TEST(test_a_board_without_measurements_is_not_queried);
     return UNITY_END();
 }

@@ -343,7 +343,7 @@ static void test_a_start_and_every_other_value_lock(void)
     check_locked();
 }
 
-static void test_a_start_that_is_asked_for_is_too_late_for_a_key(void)
+static void test_a_key_comes_too_late_after_a_requested_start(void)
 {
     tick();
     command(REGISTERS_START);
@@ -460,7 +460,7 @@ static void test_defaults_beyond_the_boards_ceiling_are_a_fault(void)
 }
 
 /// As a host would: from the registers, in the order of their addresses.
-static void test_a_host_can_compute_the_crc_of_what_protects(void)
+static void test_a_host_can_compute_the_crc_of_the_protection_params(void)
 {
     uint32_t crc   = 0;
     uint32_t place = 0;
@@ -838,13 +838,13 @@ int main(void)
     RUN_TEST(test_of_a_set_that_changes_much_the_last_changes_are_kept);
     RUN_TEST(test_the_key_lasts_for_a_minute);
     RUN_TEST(test_a_start_and_every_other_value_lock);
-    RUN_TEST(test_a_start_that_is_asked_for_is_too_late_for_a_key);
+    RUN_TEST(test_a_key_comes_too_late_after_a_requested_start);
     RUN_TEST(test_the_sign_of_the_controller_does_not_turn_in_run);
     RUN_TEST(test_the_sign_does_not_turn_behind_a_section_without_b2);
     RUN_TEST(test_no_key_goes_beyond_the_boards_ceiling);
     RUN_TEST(test_a_store_beyond_the_boards_ceiling_is_not_used);
     RUN_TEST(test_defaults_beyond_the_boards_ceiling_are_a_fault);
-    RUN_TEST(test_a_host_can_compute_the_crc_of_what_protects);
+    RUN_TEST(test_a_host_can_compute_the_crc_of_the_protection_params);
     RUN_TEST(test_a_tare_is_no_change_of_what_protects);
     RUN_TEST(test_the_zero_does_not_walk_beyond_its_ceiling_by_tares);
     RUN_TEST(test_params_that_change_by_themselves_stop_the_drive_for_good);

@@ -52,7 +52,7 @@ static void test_a_full_ring_is_no_error_and_one_byte_more_is(void)
     TEST_ASSERT_EQUAL_HEX8(7, bytes[0]);
 }
 
-static void test_a_bad_byte_drops_what_was_received_and_is_said_once(void)
+static void test_a_bad_byte_drops_the_received_bytes_and_is_reported_once(void)
 {
     put(1, 3);
     received_put(&ring, 4, false);
@@ -80,7 +80,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_bytes_come_in_their_order_also_where_the_ring_and_its_indices_wrap);
     RUN_TEST(test_a_full_ring_is_no_error_and_one_byte_more_is);
-    RUN_TEST(test_a_bad_byte_drops_what_was_received_and_is_said_once);
+    RUN_TEST(test_a_bad_byte_drops_the_received_bytes_and_is_reported_once);
     RUN_TEST(test_a_stop_is_taken_once_also_where_its_count_wraps);
     return UNITY_END();
 }

@@ -172,7 +172,7 @@ static void check_poles(const params_set_t *set, float actuator, float sensor)
     TEST_ASSERT_EQUAL_FLOAT(sensor, params_number(set, PARAMS_SENSOR_POLE));
 }
 
-static void test_a_pole_is_told_once(void)
+static void test_a_pole_is_reported_once(void)
 {
     tribo_loop_parts_t loop = {.config = tribo_force_loop_f32_paper(), .feedforward = tribo_feedforward_f32_default()};
     params_set_t       set  = params_default();
@@ -1428,7 +1428,7 @@ static void test_a_trace_is_read_while_the_drive_runs(void)
 static const uint32_t unmeant[] =
     {0x00003f00u, 0x0000003fu, 0x00003e80u, 500u, 1u, 0x007fffffu, 0x807fffffu, 0x80000001u, 0x999a3e99u, 0x2b87ce00u};
 
-static void test_a_reference_that_nobody_can_mean_is_refused(void)
+static void test_an_implausible_reference_is_refused(void)
 {
     start();
     write_number(REQUEST_AT(reference), 0.25f);
@@ -1478,7 +1478,7 @@ static bool has_same_words(const params_set_t *a, const params_set_t *b)
 }
 
 /// Each float of a set, and no whole number, which would look the same.
-static void test_a_param_that_nobody_can_mean_is_refused(void)
+static void test_an_implausible_param_is_refused(void)
 {
     const params_set_t before  = registers.staged;
     unsigned           numbers = 0;
@@ -1513,7 +1513,7 @@ static void test_a_param_that_nobody_can_mean_is_refused(void)
 }
 
 /// Of a board's own image, or a store.
-static void test_a_set_with_a_number_that_nobody_can_mean_is_refused(void)
+static void test_a_set_with_an_implausible_number_is_refused(void)
 {
     static params_t params;
     params_error_t  error;
@@ -1570,7 +1570,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_defaults_are_the_papers_loop);
 #if DRIVE_FEEDFORWARD
-    RUN_TEST(test_a_pole_is_told_once);
+    RUN_TEST(test_a_pole_is_reported_once);
     RUN_TEST(test_a_loop_without_a_sensor_is_taken_over);
 #endif
     RUN_TEST(test_the_layout_is_that_of_the_lists);
@@ -1604,10 +1604,10 @@ int main(void)
     RUN_TEST(test_a_breakaway_table_is_used);
     RUN_TEST(test_half_a_register_is_neither_written_nor_half_a_frame);
     RUN_TEST(test_a_reference_beyond_what_is_credible_is_refused);
-    RUN_TEST(test_a_reference_that_nobody_can_mean_is_refused);
+    RUN_TEST(test_an_implausible_reference_is_refused);
     RUN_TEST(test_words_in_another_order_are_mostly_refused);
-    RUN_TEST(test_a_param_that_nobody_can_mean_is_refused);
-    RUN_TEST(test_a_set_with_a_number_that_nobody_can_mean_is_refused);
+    RUN_TEST(test_an_implausible_param_is_refused);
+    RUN_TEST(test_a_set_with_an_implausible_number_is_refused);
     RUN_TEST(test_a_silent_bus_is_the_fault_of_the_reference);
     RUN_TEST(test_commands_act_in_their_states);
     RUN_TEST(test_saved_params_are_those_of_the_next_power_up);

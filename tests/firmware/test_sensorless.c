@@ -169,7 +169,7 @@ static void test_no_client_takes_the_sensor_away_or_gives_one(void)
 
 // --- the tick ------------------------------------------------------------------------------------------------------
 
-static void test_a_sensor_that_is_silent_or_wild_is_not_looked_at(void)
+static void test_a_silent_or_implausible_sensor_is_not_judged(void)
 {
     start();
     for (int i = 0; i < 100; i++)
@@ -510,7 +510,7 @@ int main(void)
     RUN_TEST(test_the_range_of_a_sensor_that_there_is_not_does_not_matter);
     RUN_TEST(test_a_position_that_the_board_does_not_measure_is_refused);
     RUN_TEST(test_no_client_takes_the_sensor_away_or_gives_one);
-    RUN_TEST(test_a_sensor_that_is_silent_or_wild_is_not_looked_at);
+    RUN_TEST(test_a_silent_or_implausible_sensor_is_not_judged);
     RUN_TEST(test_there_is_no_tare);
     RUN_TEST(test_friction_is_fed_against_the_motion_of_r);
     RUN_TEST(test_friction_opposes_the_measured_motion);

@@ -286,7 +286,7 @@ static void test_a_counter_is_the_arms_position(void)
     TEST_ASSERT_NOT_NULL(strstr(error.text, "No such file"));
 }
 
-static void test_a_power_stage_that_shows_nothing_is_not_asked(void)
+static void test_a_power_stage_without_readiness_signal_is_not_queried(void)
 {
     TEST_ASSERT_TRUE(open_board());
     TEST_ASSERT_EQUAL_UINT32(0, board.port.measures);
@@ -471,7 +471,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_the_power_stages_channels_are_read_in_turn);
     RUN_TEST(test_a_counter_is_the_arms_position);
-    RUN_TEST(test_a_power_stage_that_shows_nothing_is_not_asked);
+    RUN_TEST(test_a_power_stage_without_readiness_signal_is_not_queried);
     RUN_TEST(test_enable_goes_off_before_the_output);
     RUN_TEST(test_a_killed_loop_is_off_at_once_though_its_output_blocks);
     RUN_TEST(test_a_loop_that_its_output_blocks_is_off_before_it_comes_back);

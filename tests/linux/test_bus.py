@@ -263,7 +263,7 @@ def test_a_refused_command_says_the_state_and_the_way_out(serve):
 
 
 @pytest.mark.parametrize("content, message", [(b"scenario: loop.yaml\n", "this is not a store of params"), (None, "Is a directory")])
-def test_a_file_that_is_no_store_stays_as_it_is(drive, content, message):
+def test_a_file_that_is_not_a_store_is_left_unchanged(drive, content, message):
     drive.write("rig.yaml", CLOCK_RIG + "store: other\n")
     if content is None:
         (drive.folder / "other").mkdir()
@@ -312,7 +312,7 @@ def swapped(number):
     return struct.unpack(">f", struct.pack(">HH", low, high))[0]
 
 
-def test_a_reference_and_a_param_that_nobody_means_are_refused_with_their_cause(serve):
+def test_an_implausible_reference_or_param_is_refused_with_the_cause(serve):
     served = serve()
     for value in (f"{swapped(0.3):.9g}", f"{swapped(0.5):.9g}", "9e-10", "1e-400"):
         assert f"reference {value}: too small to be meant: 0, or at least 1e-09 in size" in served.link("reference", "--", value, status=2)
@@ -423,7 +423,7 @@ def test_a_line_that_goes_stops_nothing(serve):
     ("device: /dev/ptmx, rs485: yes", "bus.device: /dev/ptmx: "),  # a pty has no transceiver
     ("listen: 127.0.0.1, port: 0", "rig.yaml:4: bus.port: 0 is outside 1 to 65535"),
 ])
-def test_a_bus_that_is_wrong_is_named(drive, bus, message):
+def test_a_wrong_bus_is_named_in_the_error(drive, bus, message):
     drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{{bus}}}\n")
     run = drive.run("rig.yaml", "--check")
     assert run.returncode == 1 and message in run.stderr
@@ -521,7 +521,7 @@ def test_a_second_client_is_refused_while_the_first_lives(listen):
         until(lambda: read_state(second).startswith(STATE), "its place is not free")
 
 
-def test_a_client_that_vanishes_is_no_first_one(listen):
+def test_a_client_that_disconnects_is_not_the_first_client(listen):
     """Its last request is answered, and the next client is not refused for it."""
     messages, port = listen("")
     for _ in range(20):

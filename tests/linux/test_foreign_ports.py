@@ -170,7 +170,7 @@ def test_the_words_say_who_answers():
         assert "has registers of version 0" in link("-d", f"tcp:127.0.0.1:{port}")[1]
 
 
-def test_a_drive_that_had_no_turn_is_asked_again():
+def test_a_drive_that_missed_its_turn_is_queried_again():
     clients = []
 
     def busy_at_first(client):
@@ -217,7 +217,7 @@ def test_an_address_is_checked_by_its_parts(address, wrong):
     assert status == 2 and said.startswith(f"tribo-link: tcp:{address}: {wrong}"), said
 
 
-def test_a_port_that_nobody_has_is_refused_by_the_machine():
+def test_a_missing_port_is_refused_by_the_operating_system():
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         device = f"tcp:127.0.0.1:{free.getsockname()[1]}"

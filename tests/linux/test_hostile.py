@@ -236,7 +236,7 @@ NOBODY_MEANS = {"infinite": 0x7F800000, "-infinite": 0xFF800000, "NaN": 0x7FC000
                 "least subnormal": 1, "-subnormal": 0x807FFFFF, "1.0 with swapped words": 0x00003F80, "100 with swapped words": 0x000042C8, "1.0 with swapped bytes": 0x0000803F}
 
 
-def test_a_number_that_nobody_means_is_refused_in_every_register(target):
+def test_an_implausible_number_is_refused_in_every_register(target):
     """Also where it counts for nothing as yet: in a section or a row of the table that is not used."""
     assert len(NUMBERS) > 50 and ("trace.level", False) in NUMBERS and ("reference", False) in NUMBERS
     with Client(target().port) as client:

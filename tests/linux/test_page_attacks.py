@@ -187,7 +187,7 @@ def test_who_dribbles_its_body_is_hung_up_on(rig, page):
     rig.goes_on(1)
 
 
-def test_a_body_of_a_stranger_is_not_waited_for(page):
+def test_the_body_of_a_request_without_token_is_not_read(page):
     for headers in STRANGERS:
         lines = {"Host": f"127.0.0.1:{page.port}", "X-Tribo-Token": page.token} | {name.replace("_", "-"): value for name, value in headers.items()}
         head = "".join(f"{name}: {value}\r\n" for name, value in lines.items() if value is not None)

@@ -57,7 +57,7 @@ static void test_a_sleep_ends_when_it_is_due(void)
     TEST_ASSERT_TRUE(realtime_sleep_until(due_ns)); // over: at once
 }
 
-static void test_a_cpu_that_is_not_there_is_refused_with_its_key(void)
+static void test_a_missing_cpu_is_refused_with_its_key(void)
 {
     common_error_t          error  = {""};
     const realtime_config_t config = {.priority = 1, .cpu = 1 << 20};
@@ -74,6 +74,6 @@ int main(void)
     RUN_TEST(test_quantiles_are_those_of_what_was_added);
     RUN_TEST(test_no_time_is_too_long_or_before_zero);
     RUN_TEST(test_a_sleep_ends_when_it_is_due);
-    RUN_TEST(test_a_cpu_that_is_not_there_is_refused_with_its_key);
+    RUN_TEST(test_a_missing_cpu_is_refused_with_its_key);
     return UNITY_END();
 }

@@ -124,7 +124,7 @@ static void test_a_disk_that_stalls_costs_rows_not_time(void)
 }
 
 /// It has a reader that has stopped to read. That this returns is the test.
-static void test_a_pipe_that_nobody_empties_holds_up_no_end(void)
+static void test_an_unread_pipe_does_not_delay_the_end(void)
 {
     TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
     const int end = open(path, O_RDONLY | O_NONBLOCK);
@@ -181,7 +181,7 @@ static void test_a_pipe_without_a_reader_is_refused(void)
     TEST_ASSERT_EQUAL_STRING(message, error.text);
 }
 
-static void test_a_disk_without_room_for_a_head_is_told(void)
+static void test_a_disk_without_room_for_the_head_is_reported(void)
 {
     TEST_ASSERT_NULL(recorder_start("/dev/full", &error));
     TEST_ASSERT_EQUAL_STRING("--log /dev/full: No space left on device", error.text);
@@ -211,7 +211,7 @@ static void wait_until_said(int end, const char *what)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(said, what), said);
 }
 
-static void test_a_full_disk_is_told_when_it_happens_and_when_it_is_over(void)
+static void test_a_full_disk_is_reported_at_its_start_and_at_its_end(void)
 {
     int ends[2];
     (void)signal(SIGXFSZ, SIG_IGN);
@@ -238,7 +238,7 @@ static void test_a_full_disk_is_told_when_it_happens_and_when_it_is_over(void)
     check_file(101);
 }
 
-static void test_a_disk_that_stays_full_costs_the_rows_that_it_did_not_take(void)
+static void test_a_full_disk_loses_only_the_rows_it_did_not_take(void)
 {
     (void)signal(SIGXFSZ, SIG_IGN);
     limit_files(1000);
@@ -262,12 +262,12 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_all_rows_come_in_order);
     RUN_TEST(test_a_disk_that_stalls_costs_rows_not_time);
-    RUN_TEST(test_a_pipe_that_nobody_empties_holds_up_no_end);
+    RUN_TEST(test_an_unread_pipe_does_not_delay_the_end);
     RUN_TEST(test_a_slow_reader_gets_all_of_it);
     RUN_TEST(test_a_pipe_without_a_reader_is_refused);
-    RUN_TEST(test_a_disk_without_room_for_a_head_is_told);
-    RUN_TEST(test_a_full_disk_is_told_when_it_happens_and_when_it_is_over);
-    RUN_TEST(test_a_disk_that_stays_full_costs_the_rows_that_it_did_not_take);
+    RUN_TEST(test_a_disk_without_room_for_the_head_is_reported);
+    RUN_TEST(test_a_full_disk_is_reported_at_its_start_and_at_its_end);
+    RUN_TEST(test_a_full_disk_loses_only_the_rows_it_did_not_take);
     RUN_TEST(test_a_file_that_cannot_be_made_is_named);
     return UNITY_END();
 }

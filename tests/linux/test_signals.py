@@ -283,7 +283,7 @@ def is_stopped(pid):
         return False
 
 
-def test_a_log_that_nobody_reads_holds_up_no_end(tmp_path):
+def test_an_unread_log_does_not_delay_the_end(tmp_path):
     """A pipe that is full: enable is off at once, and the process ends, with the rows that were lost."""
     log = tmp_path / "log"
     os.mkfifo(log)

@@ -78,7 +78,7 @@ def test_a_wrong_command_line_is_refused(drive, arguments):
     assert drive.run(*arguments).returncode == 2
 
 
-def test_a_configuration_that_is_not_there(drive):
+def test_a_missing_configuration(drive):
     run = drive.run("none.yaml")
     assert run.returncode == 1 and "none.yaml" in run.stderr
 
@@ -216,7 +216,7 @@ def test_a_reference_beyond_the_loops_range_is_refused(drive, words, name):
     assert run.returncode == 1 and f"{name}: must be within -2 to 2 N, the range of limits.input_max_N" in run.stderr
 
 
-def test_a_cpu_that_is_not_there_is_found_by_check(drive):
+def test_check_finds_a_missing_cpu(drive):
     drive.write("rig.yaml", DEVICES + "realtime: {cpu: 1000}\n")
     drive.program = DRIVE
     run = drive.run("rig.yaml", "--check")
@@ -245,7 +245,7 @@ def test_a_scenario_that_cannot_be_looked_at_has_no_substitute(drive):
     assert run.returncode == 1 and "sine.yaml: cannot be opened: Too many levels of symbolic links" in run.stderr
 
 
-def test_a_scenario_that_is_nowhere_is_named(drive):
+def test_a_missing_scenario_is_named(drive):
     drive.write("rig.yaml", RIG.replace("loop.yaml", "trapeze"))
     run = drive.run("rig.yaml", "--check")
     assert run.returncode == 1 and "trapeze: cannot be opened: No such file or directory" in run.stderr
@@ -360,7 +360,7 @@ def test_a_signal_ends_it_in_order(drive, number):
     assert f"{rows} rows, 0 dropped" in said
 
 
-def test_a_killed_loop_is_told(drive):
+def test_a_killed_loop_is_reported(drive):
     drive.write("rig.yaml", CLOCK_RIG)
     with drive.start("rig.yaml", "--duration", "600", "--log", "log.csv") as run:
         drive.until_rows(2)

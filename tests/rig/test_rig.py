@@ -403,7 +403,7 @@ def test_no_experiment_leaves_the_safe_forces(safe):
 
 
 @pytest.mark.parametrize("scale", [1.06, 1.3])
-def test_a_plan_alone_stays_below_what_was_asked_on_a_strangers_rig(scale, monkeypatch):
+def test_a_plan_alone_stays_below_the_limit_on_an_unknown_rig(scale, monkeypatch):
     """Played by the plan's own controller, without the careful ramp, on a drive that makes more of a newton than it says."""
     monkeypatch.setattr(bench, "SCALE", scale)
     plan, rig, h = Plan(0.0, 20.0, sample_time_s=bench.TICK_S).check(), bench.Bench(), bench.TICK_S

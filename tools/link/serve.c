@@ -22,29 +22,29 @@
 #include <unistd.h>
 
 #define CLIENTS_MAX   64
-#define SPARE         16u ///< places kept for who comes next: so many are left, or the oldest stranger goes
+#define SPARE         16u ///< places kept free for new clients, see make_room
 #define LISTENERS_MAX 24
 #define WAITING_MAX   8
-#define REQUEST_MAX   8192u  ///< the body of a request
-#define MEMORY_MAX    16384u ///< of a connection: its headers, and an event on its way
+#define REQUEST_MAX   8192u  ///< bytes of a request's body
+#define MEMORY_MAX    16384u ///< bytes for a connection's headers and the event being sent
 #define ANSWER_MAX    (4u * 1024u * 1024u)
 #define WORDS_MAX     40
 #define TOKEN_DIGITS  32
-#define IDLE_S        10u ///< that a client may say and take nothing
+#define IDLE_S        10u ///< a client that neither sends nor receives for this long is disconnected
 
 extern const unsigned char link_page[]; // page.html, see CMakeLists.txt
 extern const size_t        link_page_length;
 
-/// How far a client has come. What it may take for that is bounded by the clock, not by its last byte.
+/// The stage of a client's request. Each stage has a time limit, which a client cannot extend by sending more bytes.
 typedef enum
 {
     FREE,
-    ASKING,    ///< its headers: nobody knows yet who it is
-    SENDING,   ///< the body of a request that has the token
-    WAITING,   ///< for the command before its own
-    WORKING,   ///< its command
-    ANSWERING, ///< takes its answer
-    LISTENING, ///< to samples
+    ASKING,    ///< sends its headers; its token has not been checked yet
+    SENDING,   ///< sends the body; its token is right
+    WAITING,   ///< waits for an earlier command to end
+    WORKING,   ///< its command runs
+    ANSWERING, ///< receives its answer
+    LISTENING, ///< receives samples
     STAGES
 } stage_t;
 
@@ -65,14 +65,14 @@ typedef struct
     int                    socket;
     char                   body[REQUEST_MAX + 1u];
     size_t                 length;
-    char                  *words[WORDS_MAX + 1]; ///< of its command
-    uint64_t               turn;                 ///< commands in the order in which they came
-    pid_t                  command;              ///< that makes the answer, while it works
+    char                  *words[WORDS_MAX + 1]; ///< the words of its command
+    uint64_t               turn;                 ///< the position of its command in the order of arrival
+    pid_t                  command;              ///< the process that makes the answer, while it runs
     int                    output, status;
-    bool                   has_ended; ///< the command
+    bool                   has_ended; ///< whether the command has ended
     char                  *answer;
     size_t                 answer_length;
-    bool                   waits; ///< for the next sample
+    bool                   waits; ///< whether the client waits for the next sample
     char                   event[STATUS_SAMPLE_MAX + 8u];
     size_t                 event_length, event_sent;
 } request_t;
@@ -83,9 +83,9 @@ typedef struct
     const serve_t     *options;
     struct MHD_Daemon *http;
     int                listener, port;
-    char               name[LINK_HOST_MAX + 2]; ///< what it listens on, as a URL has it
+    char               name[LINK_HOST_MAX + 2]; ///< the address it listens on, as in a URL
     char               token[TOKEN_DIGITS + 1];
-    uint64_t           turns; ///< commands that have come
+    uint64_t           turns; ///< commands received so far
     request_t          requests[CLIENTS_MAX];
 } server_t;
 
@@ -136,7 +136,7 @@ static void add_safe_headers(struct MHD_Response *response, const char *type)
     }
 }
 
-/// Takes the response; a null one ends the connection.
+/// Sends and frees the response; a null response ends the connection.
 static enum MHD_Result send_response(request_t           *request,
                                      unsigned             status,
                                      struct MHD_Response *response,
@@ -181,7 +181,7 @@ static enum MHD_Result answer_page(const server_t *server, request_t *request)
     return result;
 }
 
-/// The texts of the list have nothing that JSON would have to escape but a backslash or a quote.
+/// Writes a text of the register list as JSON. Such a text has no control characters, so only backslash and quote are escaped.
 static void write_text(FILE *file, const char *text)
 {
     (void)fputc('"', file);
@@ -225,7 +225,7 @@ static enum MHD_Result answer_list(const server_t *server, request_t *request)
     return result;
 }
 
-/// What is left of the newest sample; then the connection waits for the next one.
+/// Sends the rest of the newest sample; after that the connection waits for the next sample.
 static ssize_t read_event(void *of, uint64_t position, char *buffer, size_t room)
 {
     request_t   *request = of;
@@ -260,7 +260,7 @@ static enum MHD_Result begin_events(const server_t *server, request_t *request)
     return result;
 }
 
-// --- commands: this program once more, with their own words --------------------------------------------------------
+// --- commands: this program is run again with the command's words --------------------------------------------------------
 
 static bool is_command(const request_t *request, const char *name)
 {
@@ -285,7 +285,7 @@ static bool start_command(const server_t *server, request_t *request)
     {
         return false;
     }
-    // Until it is another program the command has this one's handlers, and a signal meanwhile would be lost.
+    // Until exec the child has this program's signal handlers, which would swallow a signal, so all signals are blocked.
     sigset_t all;
     sigset_t before;
     (void)sigfillset(&all);
@@ -313,7 +313,7 @@ static bool start_command(const server_t *server, request_t *request)
     return true;
 }
 
-/// It gets its answer.
+/// Resumes the connection, which then receives its answer.
 static void resume(request_t *request, int status)
 {
     request->status    = status;
@@ -322,7 +322,7 @@ static void resume(request_t *request, int status)
     MHD_resume_connection(request->connection);
 }
 
-/// `why` is the answer of a command that was kept from its own.
+/// Cancels a command; `why` becomes its answer.
 static void drop_command(request_t *request, const char *why)
 {
     free(request->answer);
@@ -339,7 +339,7 @@ static void end_command(request_t *request)
     resume(request, status);
 }
 
-/// A command that works or waits for its turn.
+/// Stops a command that runs or waits for its turn.
 static void stop_command(request_t *request, const char *why)
 {
     if (request->stage == WORKING)
@@ -351,7 +351,7 @@ static void stop_command(request_t *request, const char *why)
     drop_command(request, why);
 }
 
-/// What it has said; at its end the answer is due.
+/// Reads the command's output. When the command ends, its answer is sent.
 static void read_command(request_t *request)
 {
     ssize_t count = -1;
@@ -370,7 +370,7 @@ static void read_command(request_t *request)
     end_command(request);
 }
 
-/// The other commands, as a stop comes: none of them may act after it. A trace is of what happens, and goes on.
+/// Cancels the other commands when a stop arrives, because none of them may act after it. A trace only records, so it continues.
 static void make_way(server_t *server)
 {
     for (int i = 0; i < CLIENTS_MAX; i++)
@@ -384,7 +384,8 @@ static void make_way(server_t *server)
     }
 }
 
-/// Whether a trace works, or whether any other command does: one of each, as a trace may wait long for what the others do.
+/// Whether a trace runs, or whether another command runs. One of each may run at a time, because a trace may wait for an effect of
+/// the other command.
 static bool is_working(const server_t *server, bool is_trace)
 {
     for (int i = 0; i < CLIENTS_MAX; i++)
@@ -398,7 +399,7 @@ static bool is_working(const server_t *server, bool is_trace)
     return false;
 }
 
-/// The command that waits longest, unless one works.
+/// Starts the command that has waited longest, unless one runs.
 static void start_next(server_t *server)
 {
     request_t *next = NULL;
@@ -416,7 +417,7 @@ static void start_next(server_t *server)
     }
 }
 
-/// Answered when the command ends. A stop is the next one whatever waits.
+/// Queues a command; the client is answered when it ends. A stop goes before all others.
 static enum MHD_Result queue_command(server_t *server, request_t *request)
 {
     if (is_command(request, "trace") && is_working(server, true))
@@ -448,7 +449,7 @@ static bool is_one_of(const char *word, const char *const list[])
     return list[i] != NULL;
 }
 
-/// An option of a trace that names no file.
+/// Whether `word` is an option of trace that names no file.
 static bool is_of_trace(const char *word)
 {
     static const char *const options[] =
@@ -461,7 +462,8 @@ static bool is_of_trace(const char *word)
     return options[i] != NULL;
 }
 
-/// The words of a page's command as those of the command line, or null. Nothing that writes a file, and no option but a trace's.
+/// Splits a page's command into words for the command line; false if it is not allowed. Allowed are commands that write no file,
+/// and the options of a trace.
 static bool take_words(char *text, char *words[WORDS_MAX + 1])
 {
     static const char *const plain[]  = {"start", "stop", "tare", "restore", "forget", NULL};
@@ -512,7 +514,7 @@ static bool take_words(char *text, char *words[WORDS_MAX + 1])
 
 // --- requests ------------------------------------------------------------------------------------------------------
 
-/// The values of a header or an argument: the last one, and how many there are.
+/// A header or an argument: its last value and how often it occurs.
 typedef struct
 {
     const char *name, *value;
@@ -554,7 +556,7 @@ static bool is_own_name(const server_t *server, const char *host)
     return false;
 }
 
-/// In a time that does not say where they differ.
+/// Compares in constant time, so that the time does not reveal the first wrong digit.
 static bool is_token(const server_t *server, const char *text)
 {
     unsigned differs = 0;
@@ -569,7 +571,8 @@ static bool is_token(const server_t *server, const char *text)
     return differs == 0u;
 }
 
-/// The first thing that is wrong with who asks; null if nothing is. No path is for others: one that only shows asks the drive, too.
+/// Returns the first reason to refuse the caller, or null. All paths need the token, because even those that only show values
+/// query the drive.
 static const char *check_caller(const server_t *server, struct MHD_Connection *connection, bool may_be_in_url)
 {
     const header_t host   = find_value(connection, MHD_HEADER_KIND, "Host");
@@ -636,7 +639,7 @@ static enum MHD_Result serve_post(server_t *server, request_t *request)
     return queue_command(server, request);
 }
 
-/// Of one whose headers are there: what is not the page's is refused before its body.
+/// Called when a request's headers have arrived. A request that is not from the page is refused before its body is read.
 static enum MHD_Result begin_request(server_t *server, request_t *request, const char *method)
 {
     const char *wrong = check_caller(server, request->connection, strcmp(method, "GET") == 0);
@@ -648,7 +651,7 @@ static enum MHD_Result begin_request(server_t *server, request_t *request, const
     return MHD_YES;
 }
 
-/// A request that is there as a whole.
+/// Serves a request that has arrived completely.
 static enum MHD_Result serve_request(server_t *server, request_t *request, const char *method, const char *path)
 {
     if (strcmp(method, "POST") == 0 && strcmp(path, "/do") == 0)
@@ -707,13 +710,14 @@ static enum MHD_Result take_request(void                  *of,
 
 // --- connections ---------------------------------------------------------------------------------------------------
 
-/// The server notices it as it notices a client that leaves.
+/// Disconnects a client. The server then handles it like a client that has disconnected itself.
 static void hang_up(const request_t *request)
 {
     (void)shutdown(request->socket, SHUT_RDWR);
 }
 
-/// While places are scarce: who has shown no token goes before who has, and who came first before who came last.
+/// When few places are free, disconnects one client: the oldest of those whose token has not been checked, otherwise of those that
+/// receive an answer or send a body.
 static void make_room(server_t *server)
 {
     static const stage_t order[] = {ASKING, ANSWERING, SENDING};
@@ -771,7 +775,7 @@ static void note_connection(void                               *of,
     }
 }
 
-/// Those whose time is over; when the next one's is.
+/// Disconnects the clients whose time limit has passed, and returns when the next limit passes.
 static double hang_up_on_slow(const server_t *server)
 {
     const double now_s  = common_clock_s();
@@ -791,7 +795,7 @@ static double hang_up_on_slow(const server_t *server)
 
 // --- the loop ------------------------------------------------------------------------------------------------------
 
-/// What can be read of commands, and who leaves.
+/// Reads the output of commands, and ends the commands of clients that have disconnected.
 static void attend_commands(server_t *server, const struct pollfd events[2 * CLIENTS_MAX])
 {
     for (int i = 0; i < CLIENTS_MAX; i++)
@@ -809,7 +813,7 @@ static void attend_commands(server_t *server, const struct pollfd events[2 * CLI
     start_next(server);
 }
 
-/// Requests and commands, until it is time for a sample. Whoever leaves ends his command.
+/// Serves requests and commands until it is time for a sample. A client that disconnects ends its command.
 static void attend(server_t *server, double until_s)
 {
     const int http = MHD_get_daemon_info(server->http, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
@@ -843,7 +847,7 @@ static void attend(server_t *server, double until_s)
     }
 }
 
-/// To whoever listens; who still takes the sample before it misses this one.
+/// Sends a sample to all listeners. A listener that has not received the previous one completely misses this one.
 static void send_events(server_t *server, const char *text, size_t length)
 {
     for (int i = 0; i < CLIENTS_MAX; i++)
@@ -851,7 +855,7 @@ static void send_events(server_t *server, const char *text, size_t length)
         request_t *request = &server->requests[i];
         if (request->stage == LISTENING && request->waits)
         {
-            // The sample ends with a line's end, the event with one more.
+            // The sample ends with a newline; an event needs a second one.
             request->event_length =
                 (size_t)snprintf(request->event, sizeof request->event, "data: %.*s\n", (int)length, text);
             request->event_sent = 0u;
@@ -861,7 +865,7 @@ static void send_events(server_t *server, const char *text, size_t length)
     }
 }
 
-/// The bus is not held but for a sample, and a command needs it more.
+/// Takes samples at the set rate and serves requests between them. The bus is held during a sample only, so commands can use it.
 static bool sample_and_attend(server_t *server)
 {
     double next_s = common_clock_s();
@@ -886,7 +890,7 @@ static bool sample_and_attend(server_t *server)
     return true;
 }
 
-/// Ends what waits, without which the server could not end.
+/// Ends all suspended requests; libmicrohttpd cannot stop while there is one.
 static void end_requests(server_t *server)
 {
     is_over = 1;
@@ -918,7 +922,7 @@ static bool is_loopback(const struct sockaddr *address)
     return address->sa_family == AF_INET6 && IN6_IS_ADDR_LOOPBACK(&in6.sin6_addr);
 }
 
-/// The address that is listened on, as a URL has it.
+/// Stores the address that the server listens on, as in a URL.
 static void name_address(server_t *server, const struct sockaddr_storage *bound, socklen_t size)
 {
     char host[LINK_HOST_MAX] = "";
@@ -948,7 +952,7 @@ static bool bind_to(server_t *server, const struct addrinfo *found)
     }
     struct sockaddr_in in;
     memcpy(&in, &bound, sizeof in);
-    server->port = ntohs(in.sin_port); // where sin6_port is, too
+    server->port = ntohs(in.sin_port); // sin6_port is at the same offset
     name_address(server, &bound, size);
     return true;
 }

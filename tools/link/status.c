@@ -50,13 +50,13 @@ void status_refusal(unsigned command, uint32_t state, uint32_t fault, char reaso
                    way);
 }
 
-/// The first of them is enough for a person to look.
+/// Returns the text of the lowest warning bit, which is enough to make a person look.
 static const char *warning_text(uint32_t warnings)
 {
     return warnings != 0u ? drive_warning_text((drive_warning_t)(warnings & (~warnings + 1u))) : "none";
 }
 
-/// Empty where the number says it all.
+/// Returns the text of a register's value, or an empty text if the number needs none.
 static const char *text_of(const link_row_t *row, uint32_t word)
 {
     const char *text = "";
@@ -162,7 +162,7 @@ static double value_of(const uint32_t words[WORDS], const char *name)
     return number_of(link_find(name), word_of(words, name));
 }
 
-/// Of the set that runs; 0 if it cannot be read.
+/// Reads a word of the active set of params; 0 if it cannot be read.
 static uint32_t active_word(link_bus_t *bus, const char *name)
 {
     uint32_t       word    = 0;
@@ -170,7 +170,7 @@ static uint32_t active_word(link_bus_t *bus, const char *name)
     return link_bus_read(bus, (uint16_t)address, &word, 1) ? word : 0u;
 }
 
-/// What the method that runs does: one that is off learns nothing, though the registers hold what was.
+/// What the active method does. A method that is off learns nothing, although the registers keep the last learned values.
 typedef struct
 {
     bool learns, compensates;
@@ -188,7 +188,7 @@ static method_t method_of(link_bus_t *bus)
     return (method_t){.learns = learns, .compensates = learns || is_on};
 }
 
-/// What a method that learns has learned, and how much of the compensation is added to u.
+/// Prints what the method has learned, and the share of the compensation that is added to u.
 static void print_method(link_bus_t *bus, const uint32_t words[WORDS], const char *end)
 {
     const method_t method = method_of(bus);
@@ -261,7 +261,7 @@ bool status_show_short(link_bus_t *bus)
 
 // --- live ----------------------------------------------------------------------------------------------------------
 
-/// What of a sample is sent.
+/// The signals of a sample that are sent.
 static const char *const sent[] = {"tick",
                                    "state",
                                    "fault",
@@ -285,7 +285,7 @@ static const char *const sent[] = {"tick",
                                    "learned_negative_N",
                                    "learned_negative_relative_variance"};
 
-/// Of the day, as what listens wants it.
+/// Returns the Unix time, which listeners expect.
 static double wall_clock_s(void)
 {
     struct timespec time;
@@ -293,7 +293,7 @@ static double wall_clock_s(void)
     return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
-/// Either of the two forms, as one text.
+/// Writes a sample in one of the two formats.
 static size_t write_sample(char text[STATUS_SAMPLE_MAX], link_bus_t *bus, const uint32_t words[WORDS], bool teleplot)
 {
     const double   time_s = wall_clock_s();
@@ -338,7 +338,7 @@ size_t status_sample(link_bus_t *bus, char text[STATUS_SAMPLE_MAX])
     return read_words(bus, words) ? write_sample(text, bus, words, false) : 0u;
 }
 
-/// A connected socket; negative after a complaint. `option` is where the address is from.
+/// Returns a connected socket, or a negative number after printing an error. `option` is the option that named the address.
 static int open_udp(const char *option, const char *text)
 {
     char                  name[512];
@@ -361,7 +361,7 @@ static int open_udp(const char *option, const char *text)
     return socket_of;
 }
 
-/// That nobody listens is no fault: who does may come later.
+/// Sends a sample. It is no error if nobody listens, because a listener may start later.
 static void send_sample(int socket_of, link_bus_t *bus, const uint32_t words[WORDS], bool teleplot)
 {
     if (socket_of >= 0)
@@ -374,7 +374,7 @@ static void send_sample(int socket_of, link_bus_t *bus, const uint32_t words[WOR
 
 #define PLOT_COLUMNS 64
 
-/// The last values of a signal, the newest last.
+/// The latest values of a signal, newest last.
 typedef struct
 {
     const char *title, *unit;
@@ -436,7 +436,7 @@ static void catch_signals(void)
     (void)sigaction(SIGPIPE, &action, NULL);
 }
 
-/// A reader that has gone ends the view like a signal, without a word; any other loss is an error.
+/// Handles a failed write. If the reader closed the pipe, the view ends silently, as after a signal; other failures are errors.
 static bool complain_of_output(void)
 {
     const int why = errno;
@@ -477,7 +477,7 @@ static bool sample(link_bus_t *bus, const status_watch_t *watch, int udp, int te
         }
         next_s += 1.0 / watch->rate_hz;
         const double rest_s = next_s - common_clock_s();
-        next_s              = rest_s < 0.0 ? common_clock_s() : next_s; // a line that is too slow for the rate
+        next_s              = rest_s < 0.0 ? common_clock_s() : next_s; // the line is too slow for this rate
         if (is_over == 0 && !link_bus_rest(bus, rest_s > 1e-3 ? (int)(1e3 * rest_s) : 1))
         {
             return is_over != 0;
@@ -501,7 +501,7 @@ bool status_watch(link_bus_t *bus, const status_watch_t *watch)
         return false;
     }
     catch_signals();
-    (void)fputs(has_view ? "\033[?1049h\033[?25l" : "", stdout); // a screen of its own, no cursor
+    (void)fputs(has_view ? "\033[?1049h\033[?25l" : "", stdout); // alternate screen, cursor hidden
     const bool ok = sample(bus, watch, udp, teleplot, has_view);
     (void)fputs(has_view ? "\033[?25h\033[?1049l" : "", stdout);
     return ok;

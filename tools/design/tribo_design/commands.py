@@ -33,7 +33,7 @@ def import_controller(options):
 
 
 def texts_of(result, images):
-    """The files that are text, but for the JSON: name -> text."""
+    """Returns the text files by name, without the JSON."""
     from . import report
 
     name = result.design.name

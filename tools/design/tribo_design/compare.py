@@ -25,7 +25,7 @@ def command(options):
     rows, refused, notes = [], [], []
     for path in options.designs:
         directory = Path(path).is_dir()
-        for structure in [None] if directory else wanted:  # a directory's design is made already
+        for structure in [None] if directory else wanted:  # a directory contains a finished design
             title = Path(path).name + (f", {structure}" if structure else "")
             try:
                 row, note = _of_directory(Path(path)) if directory else _of_file(path, structure)
@@ -59,7 +59,7 @@ def _of_file(path, structure):
 
 
 def _of_directory(directory):
-    """An earlier output, believed only when `check` agrees with it."""
+    """Reads an earlier output; it is used only if `check` agrees with it."""
     _, problems = check.check(directory)
     if problems:
         raise DisagreementError("; ".join(problems))

@@ -63,7 +63,7 @@ def _root(value):
 
 def _coefficient(value):
     value = _number(value)
-    if value and not COEFFICIENT_MIN <= abs(value) <= COEFFICIENT_MAX:  # products of squares stay numbers
+    if value and not COEFFICIENT_MIN <= abs(value) <= COEFFICIENT_MAX:  # so that products of squares do not overflow
         raise ValueError(f"must be 0, or of a size within {COEFFICIENT_MIN:g} and {COEFFICIENT_MAX:g}")
     return value
 
@@ -257,7 +257,7 @@ class Weights(Strict):
     def _from_wishes(cls, value):
         if isinstance(value, dict) and "wishes" in value:
             made = Wishes.model_validate(value["wishes"]).weights() if isinstance(value["wishes"], dict) else {}
-            return {**made, **value}  # a weight that is given beside the wishes is the one that counts
+            return {**made, **value}  # an explicit weight overrides the one made from the requirements
         return value
 
     def named(self):
@@ -265,9 +265,9 @@ class Weights(Strict):
 
 
 class Synthesis(Strict):
-    domain: Literal["sampled", "continuous"] = "sampled"  # sampled: hold and delay are inside the synthesis
+    domain: Literal["sampled", "continuous"] = "sampled"  # sampled: the synthesis includes hold and delay
     structure: Literal["full", "pi", "pid", "lead-lag"] = "full"
-    off_optimum_percent: Optional[Annotated[Number, Field(ge=0, le=100)]] = None  # of gamma; none: 0, and 1 where 0 does not go through
+    off_optimum_percent: Optional[Annotated[Number, Field(ge=0, le=100)]] = None  # percent of gamma; None: 0, or 1 if 0 fails
     time_limit_s: Annotated[Number, Field(ge=1, le=3600)] = 60.0
     gamma_max: Annotated[Number, Field(gt=0, le=1e6)] = 5.0
 
@@ -275,7 +275,7 @@ class Synthesis(Strict):
 class Reduction(Strict):
     method: Literal["modal", "balanced", "auto"] = "auto"
     fast_mode_multiple: Annotated[Number, Field(ge=0.1, le=1e6)] = 1.0  # of the Nyquist frequency
-    cancellation_percent: Annotated[Number, Field(ge=0, le=50)] = 1.0  # distance of a pole and a zero, of the pole
+    cancellation_percent: Annotated[Number, Field(ge=0, le=50)] = 1.0  # distance between a pole and a zero, relative to the pole
     order_max: Annotated[int, Field(ge=1, le=8)] = 8
     digits: Annotated[int, Field(ge=3, le=12)] = 5  # significant digits that the reduced design keeps
 
@@ -293,7 +293,7 @@ class Discretisation(Strict):
 
 class FixedPoint(Strict):
     full_scale_n: Annotated[Number, Field(ge=1e-3, le=1e6)] = 2.0  # the force that is 2^31
-    u_max_n: Optional[Annotated[Number, Field(gt=0, le=1e6)]] = None  # of the controller's output, either sign; full scale if left out
+    u_max_n: Optional[Annotated[Number, Field(gt=0, le=1e6)]] = None  # limit of the controller's output in both directions; default: full scale
 
     @model_validator(mode="after")
     def _within(self):
@@ -315,7 +315,7 @@ Percent = Annotated[Number, Field(ge=0, le=1e6)]
 
 
 class Limits(Strict):
-    """How much worse one step may make the loop; None is no limit."""
+    """Limits on how much worse one step may make the loop; None means no limit."""
 
     gamma_percent: Optional[Percent] = None
     max_s_percent: Optional[Percent] = None
@@ -333,14 +333,14 @@ class Limits(Strict):
 
 
 class Floor(Strict):
-    """What the loop must keep at every step, whatever it was before."""
+    """Limits that the loop must meet after every step, independent of the step before."""
 
     gain_margin_min: Annotated[Number, Field(ge=1, le=1e6)] = 2.0
     phase_margin_min_deg: Annotated[Number, Field(ge=0, le=180)] = 30.0
 
 
 class AllLimits(Strict):
-    """A step's limits, against the step before; `total` is the last step against the first."""
+    """The limits of each step relative to the step before; `total` compares the last step with the first."""
 
     reduced: Limits = Limits(gamma_percent=1, max_s_percent=1, phase_margin_deg=1, ramp_error_percent=1,
                              bandwidth_percent=2, low_gain_percent=1)
@@ -381,7 +381,7 @@ class Design(Strict):
 
     @property
     def delay_s(self):
-        """From reading y to its answer in y: computation and dead time, without the hold."""
+        """The delay from reading y to the response in y: computation and dead time, without the hold."""
         return self.computation_delay_s + self.plant.delay_s
 
     @field_validator("computation_delay_s")
@@ -454,7 +454,7 @@ def _explain(error, data, path, lines):
 
 
 def load_yaml(text, path):
-    """The data, and the line of every field by its path. Refuses duplicate keys, aliases, tags and deep nesting."""
+    """Returns the data, and the line of every field by its path. Refuses duplicate keys, aliases, tags and deep nesting."""
     if len(text) > DESIGN_SIZE_MAX:
         raise InputError(f"{path}: too large: {len(text)} characters, at most {DESIGN_SIZE_MAX}")
     data = parse_yaml(text, path, "rt")

@@ -1,4 +1,4 @@
-"""The C header and source, and the JSON. Constants only; the same input gives the same bytes."""
+"""Writes the C header and source, and the JSON. They contain constants only; the same input gives the same bytes."""
 
 import json
 import re
@@ -121,7 +121,7 @@ def _q31_initialiser(name, q31):
         rows += ["        {" + ", ".join(parts[:5]) + ",", "         " + ", ".join(parts[5:]) + "},"]
     return _macro(name, ["{", "    .cascade = {.section = {", *rows, f"    }}, .count = {len(q31.sections)}, .input_scale = {q31.input_scale}, .output_scale = {q31.output_scale}}},",
                          f"    .anti_windup = {q31.anti_windup}, .taken_max = {q31.taken_max},", f"    .u_min = {q31.u_min}, .u_max = {q31.u_max},",
-                         f"    .anti_windup_shift = {q31.anti_windup_shift},", "}"])  # in the struct's order, as C++ asks
+                         f"    .anti_windup_shift = {q31.anti_windup_shift},", "}"])  # in the struct's order, which C++ requires
 
 
 def _macro(name, rows):
@@ -183,10 +183,10 @@ def _zpk(system):
     return {"zeros": [[r.real, r.imag] for r in system.zeros], "poles": [[r.real, r.imag] for r in system.poles], "gain": system.gain}
 
 
-# Reading it back, for `check`: nothing of the above is used, only the shape of the text.
+# Reads the header back for `check`. This uses none of the functions above, only the format of the text.
 
 def parse_header(text, name):
-    """What a generated header says: a dict, or ValueError naming what is not there."""
+    """Reads a generated header into a dict; raises ValueError naming what is missing."""
     macro = f"TRIBO_{name.upper()}_CONTROLLER"
     flat = re.sub(r"[ \t]*\\\n", " ", text)
 

@@ -1,4 +1,4 @@
-"""What the tools say instead of a traceback."""
+"""The errors that the tools print instead of a traceback."""
 
 import math
 import os
@@ -21,11 +21,11 @@ class InputError(DesignError):
     exit_code = 2
 
 
-NUMBER_MIN = 1.2e-38  # as tribo-sim's reader has it: float32 is the precision of all that is set
+NUMBER_MIN = 1.2e-38  # the limit of tribo-sim's reader, because all settings are float32
 
 
 def check_number(value):
-    """A number that somebody can mean, as it is; or ValueError."""
+    """Returns a number unchanged if it is in a plausible range, otherwise raises ValueError."""
     if not math.isfinite(value):
         raise ValueError("must be finite")
     if 0 < abs(value) < NUMBER_MIN:
@@ -45,7 +45,7 @@ class IllPosedError(DesignError):
 
 
 class LimitError(DesignError):
-    """A step took the loop past a limit of the design file. `table` is the table up to that step."""
+    """A step exceeded a limit of the design file. `table` is the table up to that step."""
 
     exit_code = 4
 

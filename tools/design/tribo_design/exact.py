@@ -11,7 +11,7 @@ from flint import acb, acb_mat, acb_poly, fmpq, fmpq_mat, fmpq_poly
 
 from .zpk import Zpk
 
-BITS = 192  # of the roots before they are rounded to double
+BITS = 192  # precision of the roots before they are rounded to double
 
 
 def rational(value):
@@ -58,12 +58,12 @@ class Ratio:
         return cls(num, den)
 
     def moved_to_delta(self):
-        """From z to d = z - 1."""
+        """Converts from z to d = z - 1."""
         shift = fmpq_poly([1, 1])
         return Ratio(self.num(shift), self.den(shift))
 
     def without_common_delays(self):
-        """A factor z in numerator and denominator: how a section of first order is written as one of second."""
+        """Multiplies numerator and denominator by z, which writes a first-order section as a second-order one."""
         num, den = self.num, self.den
         while num.degree() > 0 and den.degree() > 0 and num[0] == 0 and den[0] == 0:
             num, den = num.right_shift(1), den.right_shift(1)
@@ -77,7 +77,7 @@ class Ratio:
         return Zpk(_roots(self.num), _roots(self.den), _to_float(gain))
 
     def __call__(self, points):
-        """The response at complex points, exact but for the rounding of the result."""
+        """Returns the response at complex points; only the result is rounded."""
         with flint.ctx.workprec(4 * BITS):
             num, den = acb_poly(self.num), acb_poly(self.den)
             return np.array([complex(num(acb(p.real, p.imag)) / den(acb(p.real, p.imag))) for p in np.atleast_1d(points)])
@@ -94,7 +94,7 @@ def _factor(root):
 
 
 def closed_loop_poles(plant, controller):
-    """Of 1 + G K, hidden modes included, each to the last digit; None when 1 + G K vanishes at infinity."""
+    """Returns the zeros of 1 + G K, hidden modes included, each exact to the last digit; None if 1 + G K vanishes at infinity."""
     polynomial = plant.den * controller.den + plant.num * controller.num
     if polynomial.degree() < plant.den.degree() + controller.den.degree():
         return None

@@ -12,15 +12,15 @@ import numpy as np
 
 from . import tuning
 
-STIFFNESS = 3.84  # N/deg: the paper's; any will do, as only its ratios to inertia and damping count
-INSTANT = 1e8  # rad/s: the pole of an actuator or sensor that has none
+STIFFNESS = 3.84  # N/deg, the paper's value. Only the ratios of inertia and damping to it matter
+INSTANT = 1e8  # rad/s: stands for the pole of an actuator or sensor without one
 PERIODS = 3
-CASES = {"without": ("--set", "compensator.method=off"), "with": ()}  # options of tribo-sim, to the scenario as it is
+CASES = {"without": ("--set", "compensator.method=off"), "with": ()}  # options of tribo-sim for the unchanged scenario
 
 
 @dataclass(frozen=True)
 class Chain:
-    """The plant as tribo-sim has it: actuator pole, arm, sensor pole."""
+    """The plant in tribo-sim's form: actuator pole, arm, sensor pole."""
 
     actuator: float
     sensor: float
@@ -40,7 +40,7 @@ def chain_of(plant, h):
         return None, f"the plant has {len(slow)} poles below ten Nyquist frequencies, {len(pairs)} complex pairs among them; tribo-sim's has four and one"
     if pairs:
         product, total = abs(pairs[0]) ** 2, -2 * pairs[0].real
-    else:  # the arm gets the middle ones; the slowest of four is the sensor's, the fastest the actuator's
+    else:  # of four poles the sensor gets the slowest, the actuator the fastest, the arm the two between
         middle = [reals.pop(1), reals.pop(1)] if len(reals) == 4 else [reals.pop(0), reals.pop(0)] if len(reals) >= 2 else [reals.pop(0), -100 * np.pi / h]
         product, total = middle[0] * middle[1], -(middle[0] + middle[1])
     actuator = -reals.pop() if reals else INSTANT
@@ -54,22 +54,22 @@ def scenario(design, plant, f32, source):
     if h > 0.1:
         return None
     chain, why = chain_of(plant, h)
-    scaled = ""  # what a reader of the scenario must know, in what tribo-sim params copies from it
+    scaled = ""  # a note for the reader of the scenario; tribo-sim params copies it
     gain = plant.at_zero() if chain is not None else 1.0
     limit_f = abs(gain) * limit
-    full_f = max(full, limit_f)  # of e and u alike
+    full_f = max(full, limit_f)  # of both e and u
     top = min(0.3 * limit, 0.5 * limit_f)
     rows = np.array(f32, float)
     rows[-1, :3] *= gain
     sections = [", ".join(f"{k}: {value:.9g}" for k, value in zip(("b0", "b1", "b2", "a1", "a2"), row)) for row in rows]
-    # The paper's friction where the full scale and the tick can have it.
+    # The paper's friction, if full scale and sample time can represent it.
     friction = [] if 1 <= round(3e-3 / h) <= 63 else [f"    pulse_width_s: {3 * h:.9g} # three ticks"]
     offset = 0.007 if 1e-5 * full_f <= 0.007 <= 0.1 * full_f else 0.0035 * full_f
     friction += [] if offset == 0.007 else [f"    breakaway: {{offset_N: {offset:.9g}}}"]
-    slowest = 3 * full_f / (6 * 2**31 * h)  # v0 of less than a bit a tick
+    slowest = 3 * full_f / (6 * 2**31 * h)  # v0 below this is less than one bit per tick
     friction += [] if 2 * slowest <= 0.007 else [f"    v0_N_per_s: {2 * slowest:.9g}"]
     lines = [f'# A force loop with the controller "{design.name}", made by tribo-design of {source}.']
-    usual = min(limit_f / 4, top)  # a plant of large gain has limits far beyond what it is asked for
+    usual = min(limit_f / 4, top)  # the limits of a plant with a large gain are far above its typical reference
     rig = {"offset": offset, "usual-force": usual, "sample-time": h, "full-scale": full_f}
     if chain is None:
         lines += [f"# The plant and the arm are the paper's, as {why}."]

@@ -1,4 +1,4 @@
-"""A controller made elsewhere: JSON, CSV or MATLAB file; state space, zpk, transfer function or sections.
+"""Reads a controller made by another tool: a JSON, CSV or MATLAB file with state space, zpk, transfer function or sections.
 
 JSON   one object with the fields of one form, and sample_time_s when it is discrete:
        {"zeros": [..], "poles": [..], "k": 1.5}   complex roots as "-1+2j" or [re, im];  {"num": [..], "den": [..]};
@@ -23,9 +23,9 @@ from .zpk import Zpk
 ORDER_MAX = 40
 SECTIONS_MAX = 20
 FIELDS_MAX = 100
-NUMBER_MIN, NUMBER_MAX = 1e-100, 1e100  # of the size of an entry that is not 0
-RESPONSE_TOLERANCE = 1e-6  # relative, of what is accepted against what was given
-INTEGRATOR = 1e-12  # rad/s times the sample time, below which a pole is an integrator's
+NUMBER_MIN, NUMBER_MAX = 1e-100, 1e100  # range of the magnitude of a nonzero entry
+RESPONSE_TOLERANCE = 1e-6  # relative difference between the accepted and the given response
+INTEGRATOR = 1e-12  # rad/s times the sample time, below which a pole is taken for an integrator
 FORMS = {"state space": ("a", "b", "c", "d"), "zpk": ("zeros", "poles", "k"), "transfer function": ("num", "den"), "sections": ("sos", "g")}
 ALIASES = {"z": "zeros", "p": "poles", "gain": "k", "A": "a", "B": "b", "C": "c", "D": "d", "SOS": "sos", "G": "g", "Ts": "sample_time_s",
            "ts": "sample_time_s", "dt": "sample_time_s", "T": "sample_time_s", "numerator": "num", "denominator": "den"}
@@ -78,7 +78,7 @@ def _from_json(path, design):
         raise InputError(f"{path}: not a controller: nested too deeply") from None
     except json.JSONDecodeError as error:
         raise InputError(f"{path}:{error.lineno}: not JSON: {error.msg}") from None
-    except ValueError as error:  # an integer of more digits than Python reads
+    except ValueError as error:  # an integer with more digits than Python reads
         raise InputError(f"{path}: not a controller: {error}") from None
     if not isinstance(data, dict):
         raise InputError(f"{path}: must be an object with the fields of one form")
@@ -139,7 +139,7 @@ def _from_mat(path, design):
         if key.startswith("__"):
             continue
         while isinstance(value, np.ndarray) and value.dtype == object and value.size == 1:
-            value = value.ravel()[0]  # a cell, as tfdata and zpkdata give them without 'v'
+            value = value.ravel()[0]  # a cell, which tfdata and zpkdata return without the argument 'v'
         if not isinstance(value, np.ndarray) or value.dtype.kind not in "biufc":
             raise InputError(f"{path}: {key}: must be numbers (save a, b, c, d or z, p, k, not a system object)")
         name = ALIASES.get(key, key)
@@ -193,13 +193,13 @@ def _build(path, data, design):
 
 
 def _with_integrator(system, h):
-    """A pole that rounding moved off 0 by next to nothing is an integrator's."""
+    """Moves a pole that only rounding separates from 0 to 0: it belongs to an integrator."""
     near = np.abs(system.poles) < INTEGRATOR / h
     return Zpk(system.zeros, np.where(near, 0.0, system.poles), system.gain) if np.any(near & (system.poles != 0)) else system
 
 
 def _check_response(path, system, given, h):
-    """What was accepted against what was given, over the whole band."""
+    """Compares the accepted controller with the given one over the whole band."""
     size = np.abs(np.r_[system.poles, system.zeros])
     size = size[size > 0]
     low, high = (size.min(), size.max()) if len(size) else (1.0, 1.0)
@@ -212,7 +212,7 @@ def _check_response(path, system, given, h):
         at = points - 1  # exactly d: z is near 1 where it matters
     accepted, wanted = system(at), given(points)
     with np.errstate(all="ignore"):
-        # On top of a root, where the response vanishes or explodes, the root's own last digit is all that counts.
+        # Very close to a root, where the response vanishes or explodes, the result depends on the root's last digit only.
         by_rounding = 1e-14 * sum((abs(r) / np.abs(at - r) for r in np.r_[system.poles, system.zeros]), np.zeros(len(at)))
         bad = ~(np.abs(accepted - wanted) <= np.maximum(RESPONSE_TOLERANCE, np.nan_to_num(by_rounding, nan=np.inf)) * np.abs(wanted) + np.where(by_rounding > 1, np.inf, 0))
     if np.any(bad):

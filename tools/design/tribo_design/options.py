@@ -4,7 +4,7 @@ from .errors import InputError, check_number
 
 
 def add_number(command, name, **more):
-    """An option of a number that somebody can mean."""
+    """Adds an option for a number in a plausible range."""
 
     def number(text):
         try:
@@ -18,7 +18,7 @@ def add_number(command, name, **more):
 
 
 def add_columns(command):
-    """How a log is read, for logs.py of tribo_identify."""
+    """Adds the options for reading a log with logs.py of tribo_identify."""
     command.add_argument("--column", action="append", default=[], metavar="ROLE=NAME", help="where t, u, F, x, v or r is, e.g. u=torque_cmd or u=#2; as in tribo-sim replay")
     command.add_argument("--unit", action="append", default=[], metavar="ROLE=UNIT", help="e.g. t=ms, F=mN")
     command.add_argument("--scale", action="append", default=[], metavar="ROLE=X", help="multiplies a column; `-` changes its sign")

@@ -18,7 +18,7 @@ DESIGN = ("*_controller.[hc]", "*_design.json", "*_scenario.yaml", "DESIGN.yaml"
 
 
 def yaml_text(tree):
-    """A scenario as tribo-sim reads it: without aliases."""
+    """Writes a scenario for tribo-sim, which reads no aliases."""
     yaml, out = ruamel.yaml.YAML(), io.StringIO()
     yaml.width = 200
     yaml.representer.ignore_aliases = lambda _: True

@@ -14,7 +14,7 @@ from .errors import DesignError, IllPosedError, LimitError
 from .loop import Continuous, Loop, Metrics, SampledPlant, SampledSections, SampledZpk
 
 OFF_OPTIMUM_PERCENT = 1.0
-GROWTH_MAX = 30  # powers of e within a sample time
+GROWTH_MAX = 30  # largest growth within a sample time, as a power of e
 STEPS = ("full", "reduced", "discrete", "f32", "q31")
 TITLES = {"full": "full K", "reduced": "reduced K", "discrete": "K(z)", "f32": "K(z), f32", "q31": "K(z), Q31"}
 
@@ -89,7 +89,7 @@ class Result:
 
     @property
     def peaks(self):
-        """Where gamma peaks, and in which term."""
+        """Says where gamma peaks, and in which term."""
         if not self.stages or self.stages[-1].metrics.gamma is None:
             return ""
         omega, name, terms = self.stages[-1].loop.peak_term()
@@ -151,7 +151,7 @@ def synthesize(design, digest, source):
             else:
                 _synthesize_continuous(result, checker, problem, percent)
             return result
-        except DesignError as error:  # a little off the optimum K has no pole near infinity, and what follows is easier
+        except DesignError as error:  # slightly off the optimum K has no pole near infinity, which makes the next steps easier
             first = first or error
             if design.synthesis.structure != "full" or not getattr(error, "after_full", False):
                 raise
@@ -193,13 +193,13 @@ def as_sampled(in_w, h):
 
 
 def from_import(design, digest, source, imported):
-    """A controller from elsewhere: from where it enters (continuous, or discrete in d) to the end."""
+    """Takes an imported controller, continuous or discrete in d, through the remaining steps."""
     plant, space = synthesis.make_plant(design.plant)
     weights = {} if design.weights is None else synthesis.make_problem(design).weights
     result = Result(design, digest, source, plant=plant, imported=imported.describe())
     checker = Checker(design, plant, space, weights)
     if imported.continuous and design.plant.delay_s:
-        result.sampled = discretise.discretise(imported.zpk, design.discretisation, design.sample_time_s)  # a dead time has no row in continuous time
+        result.sampled = discretise.discretise(imported.zpk, design.discretisation, design.sample_time_s)  # there is no continuous-time row with a dead time
         sampled_steps(result, checker)
     elif imported.continuous:
         controller = Continuous(imported.zpk)
@@ -234,7 +234,7 @@ def reduce_and_go_on(result, checker, controller):
             return
         except LimitError:
             raise
-        except DesignError as error:  # the library cannot hold this one: the next may do
+        except DesignError as error:  # the library refuses this candidate; try the next one
             refused = refused or error
     if refused is not None:
         raise _after_full(refused)
@@ -297,7 +297,7 @@ def _accept(result, checker, step, controller, limits, note):
 
 
 def _faster(result, checker):
-    """What sample time would do, if one does: half, a quarter ... of the design's."""
+    """Returns a sample time with which the design succeeds, if there is one: half, a quarter, ... of the design's."""
     design, full = result.design, result.stage("full")
     for i in range(1, 7):
         h = design.sample_time_s / 2**i
@@ -320,7 +320,7 @@ def _faster(result, checker):
 
 
 def degradation(quantity, before, after):
-    """How much worse `after` is, in the limit's unit; None where it cannot be said."""
+    """Returns how much worse `after` is, in the limit's unit; None if it is not defined."""
     old, new = getattr(before, quantity.name), getattr(after, quantity.name)
     if old is None or new is None or np.isnan(old) or np.isnan(new):
         return None
@@ -337,7 +337,7 @@ def degradation(quantity, before, after):
 
 
 def breaches(before, after, limits, floor):
-    """The limits that a step breaks, each as one phrase. Written so that NaN is a breach."""
+    """Returns the limits that a step breaks, each as one phrase. NaN breaks a limit."""
     if not after.stable:
         return ["the loop is not stable"]
     broken = []

@@ -5,11 +5,11 @@ import numpy as np
 from .drawing import figure_of, look, png
 from .pipeline import TITLES
 
-# One look per step; the later, the thinner and the more broken, so that lines on top of each other stay visible.
+# Each step has its own line style. Later steps are thinner and more dashed, so that lines on top of each other stay visible.
 LOOKS = {"full": dict(lw=5.0, ls="-"), "reduced": dict(lw=3.2, ls="-"), "discrete": dict(lw=2.0, ls="-"), "f32": dict(lw=1.4, ls=(0, (6, 4))),
          "q31": dict(lw=1.4, ls=(4, (2, 8)))}
 LOOKS = {step: {"color": look.STAGES[step]} | more for step, more in LOOKS.items()}
-BELOW_NYQUIST = 0.98  # at Nyquist itself a zero at z = -1 is a vertical line to nothing, and its phase is that of rounding
+BELOW_NYQUIST = 0.98  # at Nyquist itself a zero at z = -1 gives a vertical line, and its phase is rounding noise
 CAPTIONS = {
     "sensitivity": "S, T, KS and GS at each step, against the inverse weights, the wish (dotted): a curve above its dotted line breaks it. With gamma below 1 none does.",
     "friction": "A triangle with the paper's friction in the loop, played by tribo-sim with the f32 sections: the last period, with and without compensation.",

@@ -1,4 +1,4 @@
-"""What a long command is doing, on stderr: a line after two seconds, then one every few seconds, fewer where stderr is a file.
+"""Prints the progress of a long command to stderr: a line after two seconds, then one every few seconds, fewer if stderr is a file.
 
 A line names what the command is at, as the last `at` has it. A thread writes it, so that no loop has to ask for the time.
 """
@@ -25,7 +25,7 @@ def _tell(program, stream, end):
         doing = _now["doing"]
         try:
             print(f"{program}: {time.monotonic() - begin:.0f} s{': ' if doing else ''}{doing}", file=stream, flush=True)
-        except (OSError, ValueError):  # stderr is closed: nobody looks
+        except (OSError, ValueError):  # stderr is closed
             return
 
 

@@ -56,7 +56,7 @@ def to_f32(sections):
 
 
 def to_q31(f32, full_scale_n, u_min_n, u_max_n):
-    """What the library makes of float32 sections; DesignError with the library's words when it refuses."""
+    """Returns the library's params for float32 sections; raises DesignError with the library's reason if it refuses them."""
     given = np.ascontiguousarray(f32, np.float32)
     numbers, peaks, conditioning, error = ffi.new("long long[39]"), ffi.new("float[4]"), ffi.new("double *"), new_error()
     made = lib.native_quantise(ffi.from_buffer("float *", given), len(given), full_scale_n, u_min_n, u_max_n, numbers, peaks, conditioning, error)

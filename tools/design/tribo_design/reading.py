@@ -13,7 +13,7 @@ from .errors import InputError
 
 
 def is_there(path):
-    """Whether there is such a name, also a link that leads nowhere. What cannot be looked at is not absent."""
+    """Whether the name exists, also as a dangling link. A path that cannot be accessed is an error, not absent."""
     try:
         Path(path).lstat()
     except (FileNotFoundError, NotADirectoryError):
@@ -52,7 +52,7 @@ def parse_yaml(text, path, kind):
         raise InputError(f"{path}:{mark.line + 1 if mark else 1}: not YAML: {problem}") from None
     except RecursionError:
         raise InputError(f"{path}:1: nested too deeply") from None
-    except (ValueError, TypeError, AttributeError, AssertionError, IndexError) as error:  # of broken tags, dates and the like
+    except (ValueError, TypeError, AttributeError, AssertionError, IndexError) as error:  # raised for broken tags, dates and the like
         raise InputError(f"{path}:1: not YAML: {error}") from None
 
 

@@ -1,4 +1,4 @@
-"""From the synthesised order to one that a microcontroller runs.
+"""Reduces the synthesised controller to an order that a microcontroller can run.
 
 modal     removes modes beyond a multiple of the Nyquist frequency (their steady value stays), all or only the fastest of
           them, then cancels poles with the zeros next to them, the closest first
@@ -54,7 +54,7 @@ def _modal(controller, settings, h):
             current = _without(current, pair[1], pair[2])
             found.append(Candidate(current, f"{how}, {slow.order - current.order} poles cancelled with zeros within {100 * pair[0]:.2g} %"))
     unique = {}
-    for candidate in found:  # the same order twice from two bounds: the first keeps less
+    for candidate in found:  # of two candidates of the same order, the second keeps more
         unique.setdefault((candidate.zpk.order, tuple(candidate.zpk.poles)), candidate)
     return list(unique.values())
 
@@ -71,7 +71,7 @@ def _without_fast(system, bound):
     poles, fast = [p for p in system.poles if abs(p) <= bound], [p for p in system.poles if abs(p) > bound]
     zeros = [z for z in system.zeros if abs(z) <= bound]
     fast.sort(key=abs)
-    while len(zeros) > len(poles) and fast:  # stay proper: the slowest of the fast ones stay
+    while len(zeros) > len(poles) and fast:  # keep the system proper: keep the slowest of the fast poles
         pole = fast.pop(0)
         poles.append(pole)
         if pole.imag:

@@ -1,4 +1,4 @@
-"""What the final loop stands: plants within the stated percentages, gain and phase at once, and mu.
+"""Checks what the final loop tolerates: plants within the stated percentages, simultaneous changes of gain and phase, and mu.
 
 Corners and a seeded interior of the plant's ranges are closed with the Q31 controller, hold and delay included, each judged exactly. Mu (SLICOT's
 AB13MD) bounds what lies between: 1/mu is by how much all ranges can grow before some plant in them may be unstable; it takes the plant
@@ -106,7 +106,7 @@ def _cancelled(result):
 
 
 def refuse_unstable(found):
-    """A design with an unstable plant within its own ranges is not one to write coefficients for."""
+    """Refuses to write coefficients for a design that is unstable with a plant within its own ranges."""
     if found.get("unstable"):
         at = ", ".join(f"{name} at {x:+.2f} of it" for name, x in zip(found["ranges"], found["first_unstable"]))
         raise DesignError(f"robustness: {found['unstable']} of {found['plants']} plants within the stated ranges are unstable with this controller, e.g. {at}. "

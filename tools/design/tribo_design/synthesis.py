@@ -36,7 +36,7 @@ class Problem:
     own_zeros: tuple = ()  # in rad/s, of the plant that was sampled to make a problem in w
 
     def omega(self, v):
-        """The frequency that a user knows by v."""
+        """Returns the frequency in the user's terms for the frequency v in w."""
         return v if self.h is None else float(wplane.unbend(v, self.h))
 
 
@@ -254,7 +254,7 @@ def lower_bound(problem, gamma_max):
     return best
 
 
-# What SB10AD's INFO says, in the user's terms.
+# The meanings of SB10AD's INFO in the user's terms.
 SOLVER_CAUSES = {
     1: ("rank condition", "the controller's output costs nothing at some frequency of the imaginary axis (rank condition on A - jw, B2; C1, D12)"),
     2: ("rank condition", "the reference cannot reach a state at some frequency of the imaginary axis (rank condition on A - jw, B1; C2, D21): "
@@ -262,7 +262,7 @@ SOLVER_CAUSES = {
     3: ("rank condition", "D12 has not full column rank: wu is too small at high frequency"),
     4: ("rank condition", "D21 has not full row rank"),
 }
-FITS = 7  # of the weights, at most
+FITS = 7  # largest number of fits of the weights
 CLOSE = 1.005  # gamma of the loop that will run over the solver's, of which no other fit is tried
 SHARPNESS = 40  # of the care, a power of gamma at each frequency over its peak
 
@@ -399,7 +399,7 @@ def _bisect(problem, space, scale, wrong, deadline, off_percent):
 
 
 def _worst(problem, solution):
-    """Where |wp S| and the other weighted terms are both large: the frequency that the weights fight over."""
+    """Returns the frequency where |wp S| and another weighted term are both large, i.e. where the weights conflict."""
     loop = Loop(Continuous(problem.plant, problem.plant_space), solution.controller, problem.weights, roots=np.r_[problem.plant.poles, problem.plant.zeros])
     s, t, ks, _ = loop.closed_loop(loop.omega)
     points = 1j * loop.omega
@@ -442,7 +442,7 @@ def _run(space, weights, scale, seconds, off_percent, gamma=None):
     systems = [_matrices(s) for s in (space, _performance(space, weights), *(state_space(weights[n]) if n in weights else None for n in ("wu", "wT")))]
     child = context.Process(target=_child, args=(sender, systems, scale, off_percent, gamma), daemon=True)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # forking beside numpy's idle threads
+        warnings.simplefilter("ignore")  # about a fork while numpy has idle threads
         child.start()
     sender.close()
     try:
@@ -480,7 +480,7 @@ def _augmented(plant, w1, wu, wt):
 
 
 def _search(systems):
-    """The least gamma, and K's matrices."""
+    """Returns the smallest gamma and the matrices of K."""
     if systems[1].noutputs == 1:
         k, _, (gamma, _) = ct.mixsyn(*systems)
     else:  # python-control's augw takes as many outputs of wp as it has inputs

@@ -26,7 +26,7 @@ RIG = (
 )
 FULL_SCALE = ("full-scale", None, 1e-6, "limits.full_scale_N", "force that is 2^31 in Q31, N; what Q31 cannot hold is then not printed")
 MOST = 1e9
-FASTEST = 1e6  # rad/s that the feed-forward can believe in. A pole beyond it, or beyond ten Nyquist frequencies, is none within a tick
+FASTEST = 1e6  # rad/s, the fastest pole that the feed-forward can represent. Within a tick a pole beyond it, or beyond ten Nyquist frequencies, has no effect
 TUNED = ("feedforward.actuator_pole_rad_per_s", "feedforward.sensor_pole_rad_per_s", "feedforward.reversal_N", "feedforward.presliding_N", "feedforward.jump_time_s",
          "feedforward.forgetting_per_N", "guard.turn_N", "guard.quick_time_s", "guard.stray_N", "guard.fade_time_s")
 
@@ -48,7 +48,7 @@ def command(options):
 
 
 def rig_of(loop, path):
-    """What a scenario says of the rig, by the names of the options."""
+    """Returns what a scenario says about the rig, by the names of the options."""
     from tribo._native import lib
 
     found = {}
@@ -62,7 +62,7 @@ def rig_of(loop, path):
     if any(limits):
         found["usual-force"] = lib.native_usual_force(found.get("usual-force", 0.0), *limits)
     table = _at(loop, "compensator.friction.breakaway.table")
-    if table:  # the line nearest to it
+    if table:  # the nearest line
         import numpy as np
 
         if not isinstance(table, list) or not all(isinstance(point, dict) and {"force_N", "positive_N", "negative_N"} <= set(point) for point in table):
@@ -105,7 +105,7 @@ def tuned(given):
 
 
 def compensator(given):
-    """The same as a mapping, to go into a scenario's `compensator`."""
+    """Returns the result as a mapping for a scenario's `compensator`."""
     tree = {"method": METHOD, "guard": {"on": "yes"}}
     for key, value in tuned(given):
         *groups, name = key.split(".")

@@ -1,4 +1,4 @@
-"""The loop that will run, as a continuous one: w = (2/h) (z - 1)/(z + 1).
+"""Represents the sampled loop as a continuous one: w = (2/h) (z - 1)/(z + 1).
 
 The plant behind hold and delay becomes rational in w, exactly, and the unit circle the imaginary axis, so the continuous solver designs K(w),
 and Tustin's rule gives back K(z) without any loss. Frequencies are bent: w = j v with v = (2/h) tan(omega h/2). The weights mean
@@ -10,7 +10,7 @@ import scipy.optimize
 
 from .zpk import Zpk
 
-SLOW = 0.01  # a root below this times 1/h is bent by less than 1e-5: it stays
+SLOW = 0.01  # a root below this times 1/h changes by less than 1e-5 and is kept
 SPAN = 1.5  # how far, in powers of e, a fitted root may move
 
 
@@ -83,7 +83,7 @@ class WeightFit:
         span = np.r_[20.0, np.full(len(start) - 1, SPAN)]
         kinds = [k for roots in self.free for r in roots for k in ([False, True] if r.imag > 0 else [False])]
         for i, angle in enumerate(kinds, 1):
-            if angle:  # a pair stays a pair, on its side of the axis
+            if angle:  # a complex pair stays a pair, on the same side of the axis
                 limit = (0.0, np.pi / 2) if start[i] < np.pi / 2 else (np.pi / 2, np.pi)
                 span[i] = 0.9 * min(start[i] - limit[0], limit[1] - start[i]) + 1e-12
         found = scipy.optimize.least_squares(misfit, start, bounds=(start - span, start + span), x_scale=np.r_[1.0, np.full(len(start) - 1, 0.3)], max_nfev=200)
