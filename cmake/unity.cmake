@@ -45,6 +45,6 @@ else()
 endif()
 message(STATUS "Unity: ${unity_dir}")
 
-add_library(unity STATIC "${unity_dir}/unity.c")
+add_library(unity STATIC EXCLUDE_FROM_ALL "${unity_dir}/unity.c")
 target_include_directories(unity SYSTEM PUBLIC "${unity_dir}")
 target_compile_definitions(unity PUBLIC UNITY_INCLUDE_DOUBLE UNITY_SUPPORT_64)

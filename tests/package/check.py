@@ -25,10 +25,15 @@ def left_out(changed, all_of_them="no"):
 
 by_night = left_out("all")
 drive = {"linux.tribo_drive", "linux.browser"} & tests()
-library = {name for name in tests() - by_night if re.match(r"identity\.(gcc|clang|portable|refused)|closed_loop\.(effort|flips|smooth|joint_)", name)}
+library = {name for name in tests() - by_night if re.match(r"identity\.(gcc|clang|portable|refused)|closed_loop\.(effort|flips|smooth|joint_)|package\.(lib_in|headers|linkage)", name)}
+simulator = {name for name in tests() if name.startswith("truth.")}
+studies = {name for name in tests() - by_night if re.match(r"firmware\.(fault|loop)_study", name)}
 assert len(library) > 20 and not by_night & drive, "what is not known to be untouched runs"
 assert left_out("all", "yes") == set(), "--all leaves nothing out"
-assert left_out("README.md") >= by_night | drive | library
+assert len(simulator) > 10 and len(studies) == 4
+assert left_out("README.md") >= by_night | drive | library | simulator | studies
+assert left_out("host_sim/plant/plant.c") & (simulator | studies) == set()
+assert left_out("firmware/app/drive.c") & (simulator | studies) == simulator
 assert left_out("lib/src/axis/axis.h") & (drive | library) == drive
 assert left_out("docs/index.md\nfirmware/app/drive.c") & (drive | library) == library
 assert {"unit.status", "identity.this_build", "contract.refusal_q31"} <= tests() - left_out("README.md")
