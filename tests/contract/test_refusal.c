@@ -95,6 +95,17 @@ static void test_a_refused_headroom_is_said_with_its_first_coefficient(void)
     config.controller.section_count = 2;
     check(TRIBO_ERR_HEADROOM, &sections[0].b0, 1e6f, 0, 0, -1e6f, 1e6f);
 }
+
+/// In 28 bits its second pole is at z = 1 as well; the number said is the one that was given.
+static void test_a_section_that_rounding_makes_unstable_is_said_with_its_coefficient(void)
+{
+    static loop_t loop;
+    sections[0]                     = (tribo_biquad_f32_section_t){1.0f, 1.5f, 0.5f, 1e-9f, 0.0f};
+    config.controller.section_count = 1;
+    check(TRIBO_ERR_SECTION_UNSTABLE, &sections[0].a1, 1e-9f, 0, 3, -4.0f, 4.0f);
+    config.controller.refusal = NULL;
+    TEST_ASSERT_EQUAL_INT(TRIBO_ERR_SECTION_UNSTABLE, loop_init(&loop, &config));
+}
 #endif
 
 static void test_a_status_of_no_list_has_no_number(void)
@@ -124,6 +135,7 @@ int main(void)
     RUN_TEST(test_a_refused_cascade_is_said_with_its_first_coefficient);
 #if TRIBO_IS_Q31
     RUN_TEST(test_a_refused_headroom_is_said_with_its_first_coefficient);
+    RUN_TEST(test_a_section_that_rounding_makes_unstable_is_said_with_its_coefficient);
 #endif
     RUN_TEST(test_a_status_of_no_list_has_no_number);
     RUN_TEST(test_a_config_without_room_for_it_is_refused_likewise);

@@ -47,6 +47,23 @@ static int32_t taken_max(const tribo_controller_q31_params_t *made)
     return fixed(0.99999f / most, 31) - 5;
 }
 
+/// A refusal of the rounded sections shows the number that was given.
+static tribo_status_t refuse_as_given(tribo_status_t status, const tribo_controller_f32_config_t *config)
+{
+    tribo_refusal_t *const refusal = config->refusal;
+    if (refusal == NULL)
+    {
+        return status;
+    }
+    const uint32_t index = refusal->index;
+    return tribo_element_refuse(status,
+                                tribo_section_numbers,
+                                refusal->member,
+                                &config->sections[index],
+                                index,
+                                refusal);
+}
+
 tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *params,
                                          const tribo_controller_f32_config_t *config,
                                          float                                full_scale_n,
@@ -77,7 +94,7 @@ tribo_status_t tribo_controller_q31_init(tribo_controller_q31_params_t       *pa
     }
     if (status != TRIBO_OK)
     {
-        return status;
+        return refuse_as_given(status, config);
     }
     const int32_t by = (int32_t)made.cascade.output_scale - (int32_t)made.cascade.input_scale;
     // The scaled c/D is below 2^24, because the part of s in the anti-windup stays below full scale at the input node.
