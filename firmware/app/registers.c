@@ -373,7 +373,8 @@ static registers_outcome_t apply(registers_t *registers)
     return REGISTERS_DONE;
 }
 
-static registers_outcome_t arm_trace(registers_t *registers)
+/// Makes the setup of the trace that is requested. Returns false if there is no such trace.
+static bool make_trace(const registers_t *registers, trace_setup_t *made)
 {
     const registers_requests_t *asked = &registers->requests;
     const uint32_t              none  = (uint32_t)TRACE_TRIGGERS;
@@ -390,11 +391,24 @@ static registers_outcome_t arm_trace(registers_t *registers)
             setup.channels[good ? setup.channel_count++ : 0u] = signal_of(registers, i);
         }
     }
-    if (!good || !trace_arm(&registers->trace, &setup))
+    *made = setup;
+    return good && trace_suits(&registers->trace, &setup);
+}
+
+bool registers_can_trace(const registers_t *registers)
+{
+    trace_setup_t unused;
+    return make_trace(registers, &unused);
+}
+
+static registers_outcome_t arm_trace(registers_t *registers)
+{
+    trace_setup_t setup;
+    if (!make_trace(registers, &setup) || !trace_arm(&registers->trace, &setup))
     {
         return REGISTERS_TRACE_REFUSED;
     }
-    registers->trace_signals = asked->signals;
+    registers->trace_signals = registers->requests.signals;
     return REGISTERS_DONE;
 }
 

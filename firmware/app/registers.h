@@ -322,6 +322,10 @@ bool registers_run(registers_t *registers);
 /// Locks, and forgets the staged changes, because the client has gone.
 void registers_forget_client(registers_t *registers);
 
+/// Returns whether the trace that the registers request would be armed. A port whose tick runs on beside the background
+/// stops the trace before it is armed anew, and must not stop it for one that is refused.
+bool registers_can_trace(const registers_t *registers);
+
 /// Returns the registers behind registers->modbus.
 modbus_registers_t registers_map(registers_t *registers);
 

@@ -14,14 +14,18 @@ static bool needs_force(trace_trigger_t trigger)
     return trigger == TRACE_REVERSAL || trigger == TRACE_RISE || trigger == TRACE_FALL;
 }
 
+bool trace_suits(const trace_t *trace, const trace_setup_t *setup)
+{
+    const uint32_t channels = setup->channel_count;
+    return channels >= 1u && channels <= TRACE_CHANNELS_MAX && setup->decimation >= 1u &&
+           (uint32_t)setup->trigger < (uint32_t)TRACE_TRIGGERS && setup->after < trace->ring_words / channels &&
+           (!needs_force(setup->trigger) || setup->watched != NULL);
+}
+
 bool trace_arm(trace_t *trace, const trace_setup_t *setup)
 {
     const uint32_t channels = setup->channel_count;
-    const bool     good     = channels >= 1u && channels <= TRACE_CHANNELS_MAX && setup->decimation >= 1u &&
-                      (uint32_t)setup->trigger < (uint32_t)TRACE_TRIGGERS &&
-                      setup->after < trace->ring_words / channels &&
-                      (!needs_force(setup->trigger) || setup->watched != NULL);
-    if (!good)
+    if (!trace_suits(trace, setup))
     {
         return false;
     }

@@ -70,6 +70,9 @@ typedef struct
 /// Starts a stopped trace. `ring`, of `ring_words` words, must outlive it.
 void trace_init(trace_t *trace, uint32_t *ring, uint32_t ring_words);
 
+/// Returns whether `setup` is within its range for this trace.
+bool trace_suits(const trace_t *trace, const trace_setup_t *setup);
+
 /// Arms the trace anew with `setup`. Returns false and changes nothing if `setup` is out of range.
 bool trace_arm(trace_t *trace, const trace_setup_t *setup);
 

@@ -308,6 +308,20 @@ def test_a_storm_of_sets_and_traces_in_run_moves_nothing(target):
     assert "fault" not in drive.said().split("run at tick")[1]
 
 
+def test_a_trace_that_is_refused_leaves_the_one_that_records(target):
+    with Client(target().port) as client:
+        assert client.write_word("trace.trigger", 0) == 0 and client.command(TRACE) == 0
+        until(lambda: client.word("trace_count") > 10, "it does not record")
+        for name, word in (("trace.decimation", 0), ("trace.signals", 0), ("trace.signals", 0xFFFFFFFF), ("trace.trigger", 9), ("trace.after", 1 << 20)):
+            before = client.word(name)
+            assert client.write_word(name, word) == 0 and client.command(TRACE) == 4
+            count = client.word("trace_count")
+            assert client.word("trace_state") == 1, name
+            until(lambda: client.word("trace_count") > count, "it has been stopped")  # noqa: B023
+            assert client.write_word(name, before) == 0
+        assert client.command(TRACE) == 0
+
+
 def evil_pdu(client, near):
     """One of those that a fuzzer without this list would hardly find: at registers that there are, with lengths that nearly fit."""
     address = (random.choice(near) + random.choice((-2, -1, 0, 0, 0, 0, 1, 2))) % 65536

@@ -43,7 +43,8 @@ static modbus_status_t write_registers(void *context, uint16_t address, uint16_t
     static const uint16_t    stop       = REGISTERS_TRACE_STOP;
     background_t            *background = context;
     const modbus_registers_t map        = registers_map(background->registers);
-    if (address == REGISTERS_COMMAND_AT && count == 1u && values[0] == REGISTERS_TRACE)
+    const bool               arms = address == REGISTERS_COMMAND_AT && count == 1u && values[0] == REGISTERS_TRACE;
+    if (arms && registers_can_trace(background->registers))
     {
         (void)map.write(map.context, address, 1, &stop);
         (void)gate_wait(background->gate);
