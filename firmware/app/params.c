@@ -497,6 +497,12 @@ bool params_make(params_t *params, const port_t *port, params_error_t *error)
     }
     const float sample_us = 1e6f * parts.config.sample_time_s;
     const float period_us = (float)set->drive.period_us;
+
+    const drive_config_field_t *const period = &drive_config_fields[DRIVE_CONFIG_period_us];
+    if (!(period_us >= period->low && period_us <= period->high)) // otherwise the sample time would have to equal it
+    {
+        return refuse(error, DRIVE_CONFIG_period_us, period_us, period->low, period->high, TRIBO_OK);
+    }
     if (!(sample_us >= period_us - 0.51f &&
           sample_us <= period_us + 0.51f)) // a period is a whole number of microseconds
     {

@@ -20,6 +20,13 @@ static const drive_config_t *config_of(const registers_t *registers)
     return &registers->active->set.drive;
 }
 
+/// Returns the ticks in this time. The board's defaults are read over the bus even if they are refused for a period of 0.
+static uint32_t ticks_of(const registers_t *registers, uint32_t s)
+{
+    const uint32_t period_us = config_of(registers)->period_us;
+    return s * (1000000u / (period_us > 0u ? period_us : 1u));
+}
+
 static bool is_running(const registers_t *registers)
 {
     return registers->drive.state == DRIVE_RUN || registers->drive.state == DRIVE_STARTING;
@@ -292,7 +299,7 @@ static bool is_started(const registers_t *registers)
 
 static uint32_t unlocked_ticks(const registers_t *registers)
 {
-    const uint32_t most = REGISTERS_UNLOCK_S * 1000000u / config_of(registers)->period_us;
+    const uint32_t most = ticks_of(registers, REGISTERS_UNLOCK_S);
     const uint32_t gone = registers->drive.ticks - registers->unlocked_at;
     return registers->is_unlocked && gone < most ? most - gone : 0u;
 }
@@ -528,7 +535,7 @@ static void save(registers_t *registers)
 
 static void allow_saves(registers_t *registers)
 {
-    const uint32_t interval = REGISTERS_SAVE_S * (1000000u / config_of(registers)->period_us);
+    const uint32_t interval = ticks_of(registers, REGISTERS_SAVE_S);
     if (registers->drive.ticks - registers->saves_at >= interval)
     {
         registers->saves_at += interval;
@@ -549,7 +556,7 @@ void registers_forget_client(registers_t *registers)
 /// A serial line has no connection that ends, so a client that is silent for long counts as gone.
 static void look_for_client(registers_t *registers)
 {
-    const uint32_t silence = REGISTERS_CLIENT_S * (1000000u / config_of(registers)->period_us);
+    const uint32_t silence = ticks_of(registers, REGISTERS_CLIENT_S);
     if (registers->heard != registers->modbus.heard)
     {
         registers->heard    = registers->modbus.heard;

@@ -129,6 +129,23 @@ static void start(void)
 
 // --- params --------------------------------------------------------------------------------------------------------
 
+/// The drive is off for good, and its bus says why.
+static void test_defaults_with_a_period_that_is_none_are_refused_and_can_be_read(void)
+{
+    const uint32_t periods[] = {0, 1, 9, 100001, UINT32_MAX};
+    for (unsigned i = 0; i < sizeof periods / sizeof periods[0]; i++)
+    {
+        defaults.drive.period_us = periods[i];
+        power_up();
+        tick();
+        TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT_PARAMS, STATE_OF(fault));
+        TEST_ASSERT_EQUAL_HEX32(REGISTERS_STAGED_AT + REGISTERS_DRIVE_AT + 2u * DRIVE_CONFIG_period_us,
+                                STATE_OF(refused_register));
+        TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(unlocked_ticks));
+        TEST_ASSERT_FALSE(board.enabled);
+    }
+}
+
 static void test_defaults_are_the_papers_loop(void)
 {
     const params_set_t                  set   = params_default();
@@ -1568,6 +1585,7 @@ static void test_a_trace_out_of_range_is_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_defaults_with_a_period_that_is_none_are_refused_and_can_be_read);
     RUN_TEST(test_defaults_are_the_papers_loop);
 #if DRIVE_FEEDFORWARD
     RUN_TEST(test_a_pole_is_reported_once);
