@@ -245,7 +245,7 @@ def test_what_breaks_stops_the_drive(bench, breaks, cause):
     assert board.read(STATE) == 2 and board.read(FAULT_CAUSE) == fault_number(cause)
 
 
-def test_a_tick_that_hangs_ends_in_the_watchdog_and_is_told(bench):
+def test_a_hanging_tick_triggers_the_watchdog_and_is_reported(bench):
     board = bench()
     board.start()
     board.ask(no_ticks=True)
@@ -261,7 +261,7 @@ def test_a_tick_that_hangs_ends_in_the_watchdog_and_is_told(bench):
     assert again.read(STATE) == 0
 
 
-def test_an_exception_turns_the_outputs_off_and_is_told(bench):
+def test_an_exception_turns_the_outputs_off_and_is_reported(bench):
     board = bench()
     board.start()
     board.hold(0.5, 100)

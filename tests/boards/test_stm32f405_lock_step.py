@@ -158,7 +158,7 @@ def test_bytes_that_trickle_in_do_not_extend_the_wait(line):
     ("/nowhere", "/nowhere cannot be used as a serial line: No such file or directory"),
     ("/dev/null", "/dev/null cannot be used as a serial line: "), ("", "names no device"), (",9600", "names no device"),
     ("/dev/null,1", "rates are 9600, "), ("/dev/null,9600x", "rates are 9600, ")])
-def test_what_is_no_serial_line_is_refused(device, message):
+def test_a_device_that_is_not_a_serial_line_is_refused(device, message):
     done = subprocess.run([SIM, "run", *SHORT, "--target", f"serial:{device}"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                           text=True, timeout=100, check=False)
     assert done.returncode == 1

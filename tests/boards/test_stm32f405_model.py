@@ -350,7 +350,7 @@ def test_an_input_that_bounces_does_not_starve_the_tick(bench):
     assert board.is_off()
 
 
-def test_a_low_supply_turns_the_outputs_off_and_is_told(bench):
+def test_a_low_supply_turns_the_outputs_off_and_is_reported(bench):
     board = bench()
     board.run()
     board.chip.set_supply(2.8)
@@ -495,7 +495,7 @@ def test_a_converter_that_stops_is_a_silent_sensor(bench):
     assert board.is_off()
 
 
-def test_a_chip_that_runs_on_with_a_low_supply_is_told(bench):
+def test_a_low_supply_of_a_running_chip_is_reported(bench):
     board = bench(options=0x0FFFAAED)  # as it comes from the factory: none
     board.wait_for("fault: brown-out level since tick 0")
     assert board.is_off()
@@ -509,7 +509,7 @@ def test_a_chip_that_runs_on_with_a_low_supply_is_told(bench):
     (model.POWER_ON, "power-on", "idle at"), (model.PIN, "pin", "idle at"),
     (model.BROWN_OUT, "low supply", "fault: reset by a low supply"),
     (model.WATCHDOG, "watchdog", "fault: reset by the watchdog"), (model.SOFTWARE, "software", "fault: reset by software")])
-def test_resets_are_told_apart(bench, flags, cause, state):
+def test_causes_of_resets_are_distinguished(bench, flags, cause, state):
     board = bench(flags=flags)
     board.wait_for(state)
     assert f"reset: {cause}\n" in board.chip.text()
@@ -524,7 +524,7 @@ def reset_of(chip, number, pc):
     return reset.value.args[0]
 
 
-def test_a_hard_fault_is_told_with_its_address(bench):
+def test_a_hard_fault_is_reported_with_its_address(bench):
     board = bench()
     board.run()
     board.chip.registers[0xE000ED28] = 1 << 9  # CFSR: a bus fault
@@ -537,7 +537,7 @@ def test_a_hard_fault_is_told_with_its_address(bench):
     third.wait_for("idle at tick")
 
 
-def test_an_interrupt_without_a_handler_is_told(bench):
+def test_an_interrupt_without_a_handler_is_reported(bench):
     board = bench()
     board.run()
     flags = reset_of(board.chip, 16 + 50, 0x08002468)
@@ -555,7 +555,7 @@ def test_a_stack_that_is_lost_has_no_address(bench):
     assert "at 00000000, status 00000010" in again.chip.text()
 
 
-def test_a_crystal_that_stops_is_told_and_then_missing(bench, tmp_path):
+def test_a_stopped_crystal_is_reported_and_then_missing(bench, tmp_path):
     image = changed_image(tmp_path, degraded_clock=1)
     board = bench(image=image)
     board.run()
@@ -714,7 +714,7 @@ def test_text_that_comes_while_the_log_is_written_is_taken_or_stops_the_drive(be
         chip.log.clear()
 
 
-def test_flash_that_takes_nothing_is_said(bench):
+def test_flash_that_cannot_be_written_is_reported(bench):
     board = with_noise(bench())
     board.wait_for("latest 0 us\n")
     board.chip.flash_fails = True
@@ -724,7 +724,7 @@ def test_flash_that_takes_nothing_is_said(bench):
     assert read_word(board, STORE_STATE) == 4
 
 
-def test_damaged_params_are_said_and_waited_for(bench):
+def test_damaged_params_are_reported_and_need_a_new_set(bench):
     board = with_noise(bench())
     board.wait_for("latest 0 us\n")
     command(board, 8, 1.2)

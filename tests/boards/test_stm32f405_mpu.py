@@ -111,7 +111,7 @@ def test_a_write_to_flash_is_a_hard_fault(chip):
     check_hard_fault(debugger, ACCESS, STORE - 4, STORE)
 
 
-def test_a_write_to_flash_before_the_mpu_is_on_is_none(chip):
+def test_a_write_to_flash_before_the_mpu_is_on_has_no_effect(chip):
     debugger, symbols = chip
     back = debugger.run_to(symbols["main"])
     assert debugger.word(MPU_CTRL) == 0

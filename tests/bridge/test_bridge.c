@@ -257,7 +257,7 @@ static void test_a_sensor_at_a_rail_is_a_trip_in_every_state(void)
     }
 }
 
-static void test_a_rail_that_stays_is_told_again_and_again(void)
+static void test_a_reading_at_the_rail_trips_again_and_again(void)
 {
     sample.current[0] = 0;
     for (unsigned tick = 0; tick < 100; tick++)
@@ -401,7 +401,7 @@ int main(void)
     RUN_TEST(test_a_motor_with_one_winding_has_one_current);
     RUN_TEST(test_single_samples_beyond_the_level_are_a_trip_if_they_are_many);
     RUN_TEST(test_a_sensor_at_a_rail_is_a_trip_in_every_state);
-    RUN_TEST(test_a_rail_that_stays_is_told_again_and_again);
+    RUN_TEST(test_a_reading_at_the_rail_trips_again_and_again);
     RUN_TEST(test_a_command_that_is_not_renewed_is_a_trip);
     RUN_TEST(test_outputs_that_went_off_by_themselves_are_a_trip);
     RUN_TEST(test_the_motors_legs_move_against_each_other);

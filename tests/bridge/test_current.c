@@ -126,7 +126,7 @@ static void test_the_windings_pole_is_cancelled(void)
     }
 }
 
-static void test_a_winding_that_is_half_or_twice_what_is_believed_stays_stable(void)
+static void test_a_winding_of_half_or_twice_the_configured_value_stays_stable(void)
 {
     const double factors[] = {0.5, 2.0};
     for (int i = 0; i < 2; i++)
@@ -253,7 +253,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_step_settles_within_300_us_whatever_the_winding);
     RUN_TEST(test_the_windings_pole_is_cancelled);
-    RUN_TEST(test_a_winding_that_is_half_or_twice_what_is_believed_stays_stable);
+    RUN_TEST(test_a_winding_of_half_or_twice_the_configured_value_stays_stable);
     RUN_TEST(test_a_back_emf_is_made_up_for);
     RUN_TEST(test_the_reference_is_limited);
     RUN_TEST(test_a_reference_that_is_no_number_is_0);

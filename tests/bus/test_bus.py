@@ -105,7 +105,7 @@ def test_params_come_from_a_scenario(drive, tmp_path):
     assert "nonsense" in drive.link("params", "from", scenario, status=2)
 
 
-def test_a_fault_is_said_and_its_trace_can_be_replayed(drive, tmp_path):
+def test_a_fault_is_reported_and_its_trace_can_be_replayed(drive, tmp_path):
     assert drive.link("fault") == "fault: none\n"
     drive.link("start")
     drive.link("reference", 0.4)
@@ -173,7 +173,7 @@ def test_saved_params_outlive_the_power(start, tmp_path):
     assert "refused: the drive is in run: tribo-link stop ends that" in drive.link("params", "save", status=2)
 
 
-def test_a_damaged_store_is_said_and_waited_for(start, tmp_path):
+def test_a_damaged_store_is_reported_and_needs_a_new_set(start, tmp_path):
     flash = tmp_path / "flash"
     flash.write_bytes(b"")
     drive = start(flash)
@@ -215,7 +215,7 @@ def test_power_that_fails_in_a_save_leaves_the_old_params_or_the_new(start, tmp_
     assert seen  # which of the two depends on the machine
 
 
-def test_wrong_words_are_said(drive):
+def test_wrong_arguments_are_reported(drive):
     assert "there is no param compensator.gian" in drive.link("params", "set", "compensator.gian=1", status=2)
     assert "did you mean compensator.gain" in drive.link("params", "set", "gain=1", status=2)
     assert "compensator.gain=3: 0 to 2" in drive.link("params", "set", "compensator.gain=3", status=2)

@@ -62,7 +62,7 @@ def test_a_long_set_is_shown_by_its_start(sim):
 
 
 @pytest.mark.parametrize("file", ["/dev/zero", "fifo", "/dev/stdin"])
-def test_a_reference_that_is_no_file_is_refused(sim, file):
+def test_a_reference_that_is_not_a_file_is_refused(sim, file):
     os.mkfifo(sim.folder / "fifo")
     sim.write("x.yaml", f"duration_s: 0.01\nreference: {{kind: csv, file: {file}}}\n")
     quickly(sim, f"x.yaml:2: reference.file: {file}: cannot be opened: it is not a regular file", "run", "x.yaml")
@@ -141,7 +141,7 @@ def test_control_characters_are_shown_and_not_sent(sim):
     assert "größer" in sim("run", "triangle", "--set", "größer=1").stderr
 
 
-def test_however_long_the_path_the_line_is_told(sim):
+def test_the_line_is_reported_however_long_the_path(sim):
     folder = sim.folder
     os.chdir(folder)
     while len(str(folder)) < 3500:
@@ -176,7 +176,7 @@ def test_an_alias_is_refused_wherever_it_leads(sim):
         assert sim("run", "x.yaml").stderr.endswith(": aliases are not supported\n")
 
 
-def test_bytes_that_are_no_text_are_told_with_their_line(sim):
+def test_bytes_that_are_not_text_are_reported_with_their_line(sim):
     sim.write("x.yaml", SHORT.encode() + b"# \xff\n")
     sim.fails("x.yaml:3: not valid YAML: invalid leading UTF-8 octet", "run", "x.yaml")
 

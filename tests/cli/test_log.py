@@ -239,7 +239,7 @@ def test_what_cannot_be_read_is_refused(sim, case):
     assert not (sim.folder / "out.csv").exists()
 
 
-def test_a_wrong_unit_lists_what_there_is(sim):
+def test_a_wrong_unit_lists_the_known_units(sim):
     sim.write("log.csv", GOOD)
     for unit in ("u=ms", "t=N", "u=lbf"):
         result = sim("log", "log.csv", "--unit", unit)
@@ -253,7 +253,7 @@ def test_the_clean_log_is_not_written_over_the_log(sim):
     assert (sim.folder / "log.csv").read_text(encoding="ascii") == GOOD
 
 
-def test_jitter_and_small_gaps_are_mended_and_said(sim):
+def test_jitter_and_small_gaps_are_repaired_and_reported(sim):
     stamps = [0, 1.2, 2, 3, 3, 4.1, 5, 8, 9, 10, 11]
     sim.write("log.csv", "t_s,u_N\n" + "".join(f"{t},{2 * t}\n" for t in stamps))
     result = sim("log", "log.csv", "--unit", "t=ms", "--resample", "--out", "out.csv")
@@ -339,7 +339,7 @@ def test_several_files_are_one_experiment(sim):
     sim.fails("blind.csv: column F_N is in one file and not in another", "log", "a.csv", "blind.csv")
 
 
-def test_a_segment_starts_the_compensator_anew(sim):
+def test_each_segment_restarts_the_compensator(sim):
     rows = [(k * 0.001, 0.3 * math.sin(k / 150)) for k in range(1000)]
     text = "t_s,u_N\n" + "".join(f"{t:.3f},{u:.9g}\n" for t, u in rows)
     sim.write("a.csv", text)
@@ -379,7 +379,7 @@ def breakaway(sim, offset, slope):
     return ["--params", "p.yaml"]
 
 
-def test_params_that_fit_are_said_to(sim):
+def test_params_that_fit_are_reported_as_such(sim):
     slow_triangle(sim)
     words, out = verdict(sim)
     assert words == ["the params fit this log"]

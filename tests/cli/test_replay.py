@@ -249,7 +249,7 @@ def test_a_mistake_in_the_params_is_named(sim, mistake):
     sim.fails("p.yaml" + message, "replay", "log.csv", "--params", "p.yaml")
 
 
-def test_forces_too_large_for_the_compensator_are_said(sim):
+def test_forces_too_large_for_the_compensator_are_reported(sim):
     sim.write("log.csv", GOOD + "0.003,1e7\n")
     result = sim("replay", "log.csv")
     assert result.returncode == 0

@@ -228,7 +228,7 @@ WHOLE_FILES = {
 
 
 @pytest.mark.parametrize("case", WHOLE_FILES)
-def test_a_file_that_is_no_scenario(sim, case):
+def test_a_file_that_is_not_a_scenario(sim, case):
     content, message = WHOLE_FILES[case]
     sim.write("x.yaml", content)
     sim.fails("x.yaml" + message, "run", "x.yaml")

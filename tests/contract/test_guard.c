@@ -45,7 +45,7 @@ static void test_sixteen_quick_turns_that_drive_the_force_are_hunting(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_HUNTING, guard.state.cause);
 }
 
-static void test_slow_turns_are_no_hunting(void)
+static void test_slow_turns_are_not_hunting(void)
 {
     swing(100, 202, 0.02, 0.0);
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_NONE, guard.state.cause);
@@ -53,7 +53,7 @@ static void test_slow_turns_are_no_hunting(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_HUNTING, guard.state.cause);
 }
 
-static void test_turns_that_the_reference_asks_for_are_no_hunting(void)
+static void test_turns_that_follow_the_reference_are_not_hunting(void)
 {
     swing(100, 100, 0.02, 0.0077); // W 4.6e-4, asked 5e-4
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_NONE, guard.state.cause);
@@ -61,7 +61,7 @@ static void test_turns_that_the_reference_asks_for_are_no_hunting(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_HUNTING, guard.state.cause);
 }
 
-static void test_turns_of_a_force_of_the_other_sign_are_no_hunting(void)
+static void test_turns_of_a_force_of_the_other_sign_are_not_hunting(void)
 {
     swing(100, 100, -0.005, 0.0);
     TEST_ASSERT_EQUAL_INT(TRIBO_GUARD_NONE, guard.state.cause);
@@ -290,9 +290,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_sixteen_quick_turns_that_drive_the_force_are_hunting);
-    RUN_TEST(test_slow_turns_are_no_hunting);
-    RUN_TEST(test_turns_that_the_reference_asks_for_are_no_hunting);
-    RUN_TEST(test_turns_of_a_force_of_the_other_sign_are_no_hunting);
+    RUN_TEST(test_slow_turns_are_not_hunting);
+    RUN_TEST(test_turns_that_follow_the_reference_are_not_hunting);
+    RUN_TEST(test_turns_of_a_force_of_the_other_sign_are_not_hunting);
     RUN_TEST(test_one_slow_turn_forgives);
     RUN_TEST(test_friction_that_turns_by_less_than_its_width_does_not_turn);
     RUN_TEST(test_four_breakaways_with_the_wrong_error_are_overshoot);

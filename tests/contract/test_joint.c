@@ -251,7 +251,7 @@ static double error_with(double gain, double breakaway, double load)
     return moves(&x, 12, 20);
 }
 
-static void test_friction_is_learned_whatever_was_believed_and_taken_out(void)
+static void test_friction_is_learned_whatever_was_configured_and_compensated(void)
 {
     const double none       = error_with(0.0, 0.0, 0.0);
     const double believed[] = {0.0, 0.5 * FRICTION, FRICTION, 2.0 * FRICTION};
@@ -828,7 +828,7 @@ int main(void)
     RUN_TEST(test_each_field_is_checked);
     RUN_TEST(test_a_joint_that_wraps_is_the_one_that_counts_turns);
     RUN_TEST(test_before_the_init_a_joint_puts_out_nothing);
-    RUN_TEST(test_friction_is_learned_whatever_was_believed_and_taken_out);
+    RUN_TEST(test_friction_is_learned_whatever_was_configured_and_compensated);
     RUN_TEST(test_a_load_is_distinguished_from_friction);
     RUN_TEST(test_a_load_by_a_model_is_added_and_not_learned);
     RUN_TEST(test_a_gain_ramps);

@@ -57,7 +57,7 @@ static void check(tribo_status_t status,
     *number = good;
 }
 
-static void test_a_refused_section_is_said_with_its_coefficient(void)
+static void test_a_refused_section_is_reported_with_its_coefficient(void)
 {
     check(TRIBO_ERR_SECTION_COEFFICIENT, &sections[0].b2, 2e6f, 0, 2, -1e6f, 1e6f);
     check(TRIBO_ERR_SECTION_COEFFICIENT, &sections[2].a2, NAN, 2, 4, -4.0f, 4.0f);
@@ -65,7 +65,7 @@ static void test_a_refused_section_is_said_with_its_coefficient(void)
     check(TRIBO_ERR_SECTION_UNSTABLE, &sections[2].a1, -1.0f, 2, 3, -4.0f, 4.0f);
 }
 
-static void test_a_refused_row_of_the_table_is_said_with_its_number(void)
+static void test_a_refused_row_of_the_table_is_reported_with_its_number(void)
 {
     check(TRIBO_ERR_TABLE_POSITIVE, &points[0].positive_n, 0.0f, 0, 1, 1e-6f, 1e6f);
     check(TRIBO_ERR_TABLE_NEGATIVE, &points[2].negative_n, -1.0f, 2, 2, 1e-6f, 1e6f);
@@ -77,7 +77,7 @@ static void test_a_refused_row_of_the_table_is_said_with_its_number(void)
 #endif
 }
 
-static void test_a_refused_cascade_is_said_with_its_first_coefficient(void)
+static void test_a_refused_cascade_is_reported_with_its_first_coefficient(void)
 {
     // A double integrator whose zeros are on the unit circle, far from z = 1: no anti-windup stabilises it.
     sections[0]                     = (tribo_biquad_f32_section_t){1.0f, 2.0f, 2.0f, 1.0f, 0.0f};
@@ -87,7 +87,7 @@ static void test_a_refused_cascade_is_said_with_its_first_coefficient(void)
 }
 
 #if TRIBO_IS_Q31
-static void test_a_refused_headroom_is_said_with_its_first_coefficient(void)
+static void test_a_refused_headroom_is_reported_with_its_first_coefficient(void)
 {
     // A gain of 1e9, of two poles that zeros cancel.
     sections[0]                     = (tribo_biquad_f32_section_t){1e6f, 1e6f, 0.25e6f, 1.0f, 0.25f};
@@ -130,11 +130,11 @@ static void test_a_config_without_room_for_it_is_refused_likewise(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_refused_section_is_said_with_its_coefficient);
-    RUN_TEST(test_a_refused_row_of_the_table_is_said_with_its_number);
-    RUN_TEST(test_a_refused_cascade_is_said_with_its_first_coefficient);
+    RUN_TEST(test_a_refused_section_is_reported_with_its_coefficient);
+    RUN_TEST(test_a_refused_row_of_the_table_is_reported_with_its_number);
+    RUN_TEST(test_a_refused_cascade_is_reported_with_its_first_coefficient);
 #if TRIBO_IS_Q31
-    RUN_TEST(test_a_refused_headroom_is_said_with_its_first_coefficient);
+    RUN_TEST(test_a_refused_headroom_is_reported_with_its_first_coefficient);
     RUN_TEST(test_a_section_that_rounding_makes_unstable_is_said_with_its_coefficient);
 #endif
     RUN_TEST(test_a_status_of_no_list_has_no_number);

@@ -33,7 +33,7 @@ def test_200_synthesised_controllers_come_in_as_they_are(tmp_path):
     assert found["equal"] >= 570, found
 
 
-def test_a_mode_beside_a_pole_at_1e10_is_kept(tmp_path):
+def test_a_mode_next_to_a_pole_at_1e10_is_kept(tmp_path):
     """What ct.minreal dropped: a slow mode whose residue is small beside the fast one's."""
     design, _ = load_design(PAPER)
     a, b, c = np.diag([-0.002, -340.0, -1e10]), np.array([1e-3, 1.0, 1e5]), np.array([25.0, 3.0, 1e5])

@@ -79,7 +79,7 @@ def test_a_broken_design_is_refused_by_field(run, tmp_path, old, new, said):
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"- 1\n- 2\n", b"just words", b"[" * 5000, b"a: " * 3000, b"!!python/object:os.system x", b"1: 2", b"? [a]\n: b\n"])
-def test_what_is_no_design_at_all_is_refused(run, tmp_path, content):
+def test_a_file_that_is_not_a_design_is_refused(run, tmp_path, content):
     design = tmp_path / "x.yaml"
     design.write_bytes(content)
     code, _, err = run("synthesize", design, "--out", tmp_path / "out")

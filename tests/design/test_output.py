@@ -428,7 +428,7 @@ def test_a_link_to_an_output_stays_a_link(earlier):
 
 
 @pytest.mark.parametrize("words", [("--help",), ("--version",), ("compare", "--help"), ("tune",)])
-def test_output_that_is_lost_is_an_error(words):
+def test_a_failed_write_of_the_output_is_an_error(words):
     for program in ("tribo_design", "tribo_identify", "tribo_rig"):
         if words[0] in ("compare", "tune") and program != "tribo_design":
             continue

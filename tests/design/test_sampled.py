@@ -60,7 +60,7 @@ def test_the_plant_in_w_is_the_sampled_one(delay):
 
 
 @pytest.mark.parametrize("weight", [Zpk([-22.0], [-0.002], 0.9), Zpk([-18.2], [-2e5], 1e4), Zpk([-40 + 30j, -40 - 30j], [-500 + 800j, -500 - 800j], 60.0), Zpk([], [-100.0], 100.0)])
-def test_a_weight_in_w_has_the_magnitude_that_was_asked_for(weight):
+def test_a_weight_in_w_has_the_requested_magnitude(weight):
     h = 1e-3
     omega = wplane.fit_grid(h, np.abs(np.r_[weight.poles, weight.zeros]))
     care = np.where(omega < 0.5 * np.pi / h, 1.0, 0.003)

@@ -227,7 +227,7 @@ def test_sections_multiply_up_to_the_controller(order):
         assert np.argmin(slowest) == len(slowest) - 1
 
 
-def test_a_plain_gain_is_one_section():
+def test_a_pure_gain_is_one_section():
     cascade = sections.make_cascade(Zpk([], [], 3.0), H)
     assert len(cascade.sections) == 1
     assert np.allclose(SampledSections(cascade.sections, H).response(OMEGA), 3.0, rtol=1e-12)

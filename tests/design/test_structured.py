@@ -164,7 +164,7 @@ def test_compensation_that_makes_the_loop_worse_is_warned_of(run, tmp_path, monk
     assert "note: worse: with the paper's friction" in (compared := run("compare", tmp_path / "worse")[1]) and warning in compared
 
 
-def test_compensation_is_said_to_help_only_where_it_does():
+def test_compensation_is_reported_to_help_only_where_it_does():
     def words(without, with_it):
         return friction.in_words({"rms_n": {"without": without, "with": with_it}})
 

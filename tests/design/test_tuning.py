@@ -81,7 +81,7 @@ def test_what_q31_cannot_hold_is_not_printed(capsys, tmp_path):
     assert main(["tune", "--full-scale", "-1"]) == 2 and "--full-scale: -1, allowed are 1e-06" in capsys.readouterr().err
 
 
-def test_a_loop_that_is_none_is_refused(tmp_path, capsys):
+def test_an_invalid_loop_is_refused(tmp_path, capsys):
     path = tmp_path / "loop.yaml"
     for text, what in (("- 1", "must be keys and values"), ("sample_time_s: soon", "sample_time_s: value 'soon': must be a number"), ("a: [", "not YAML"), ("a: !!int zz", "not YAML"),
                        ("a: 2001-99-99", "not YAML"), ("[" * 5000, "nested too deeply"), ("a: 1\na: 2", ":2: a: is given twice"),

@@ -438,7 +438,7 @@ static uint32_t level_after(unsigned rest)
     return drive.lasting.loop.residual;
 }
 
-static void test_after_a_second_at_rest_a_start_begins_anew(void)
+static void test_after_a_second_at_rest_a_start_forgets_the_previous_run(void)
 {
     TEST_ASSERT_GREATER_THAN_UINT32(4u * 20u, level_after(1));
     TEST_ASSERT_GREATER_THAN_UINT32(4u * 20u, level_after(1000));
@@ -534,7 +534,7 @@ static void test_a_force_that_swings_to_and_fro_stops_within_a_second(void)
     check_latched_until_acknowledged(DRIVE_FAULT_SWING);
 }
 
-static void test_what_r_asks_for_is_no_swing(void)
+static void test_motion_that_r_requests_is_not_a_swing(void)
 {
     TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(0.5, 50, true));
     TEST_ASSERT_EQUAL_UINT(5000u, swing_ticks(0.9, 100, true));
@@ -1294,10 +1294,10 @@ int main(void)
     RUN_TEST(test_a_force_away_from_the_reference_stops_once_it_lasts);
     RUN_TEST(test_a_loose_contact_stops_within_200_ms);
     RUN_TEST(test_a_restart_is_no_way_around_a_detector);
-    RUN_TEST(test_after_a_second_at_rest_a_start_begins_anew);
+    RUN_TEST(test_after_a_second_at_rest_a_start_forgets_the_previous_run);
     RUN_TEST(test_what_a_force_comes_to_at_rest_is_expected);
     RUN_TEST(test_a_force_that_swings_to_and_fro_stops_within_a_second);
-    RUN_TEST(test_what_r_asks_for_is_no_swing);
+    RUN_TEST(test_motion_that_r_requests_is_not_a_swing);
     RUN_TEST(test_swings_of_u_and_of_y_are_each_a_fault);
     RUN_TEST(test_slow_swings_stop_once_u_is_at_its_limits_for_half_of_the_time);
     RUN_TEST(test_moves_of_long_ago_allow_no_swing);

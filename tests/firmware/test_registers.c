@@ -1307,14 +1307,14 @@ static void check_waits(store_status_t status)
     start();
 }
 
-static void test_a_damaged_store_is_said_and_waited_for(void)
+static void test_a_damaged_store_is_reported_and_needs_a_new_set(void)
 {
     save();
     sectors[0][STORE_HEAD_WORDS + 3u] ^= 0x100u;
     check_waits(STORE_DAMAGED);
 }
 
-static void test_a_store_of_other_firmware_is_said_and_waited_for(void)
+static void test_a_store_of_other_firmware_is_reported_and_needs_a_new_set(void)
 {
     uint32_t words[PARAMS_WORDS] = {0};
     TEST_ASSERT_EQUAL_INT(STORE_OK, store_write(&flash, PARAMS_LAYOUT + 1u, words, PARAMS_WORDS));
@@ -1324,7 +1324,7 @@ static void test_a_store_of_other_firmware_is_said_and_waited_for(void)
 #if DRIVE_FEEDFORWARD
 /// A set of the feed-forward of one play: nothing of it is used, and the store says why. It says so until a set of today was
 /// saved.
-static void test_a_set_of_the_feed_forward_of_old_is_said_and_waited_for(void)
+static void test_an_old_set_of_the_feed_forward_is_reported_and_needs_a_new_set(void)
 {
     enum
     {
@@ -1339,7 +1339,7 @@ static void test_a_set_of_the_feed_forward_of_old_is_said_and_waited_for(void)
 }
 #endif
 
-static void test_saved_params_that_the_board_refuses_are_said_and_waited_for(void)
+static void test_saved_params_that_the_board_refuses_are_reported_and_need_a_new_set(void)
 {
     uint32_t    words[PARAMS_WORDS];
     const float good = 0.85f, bad = 3.0f;
@@ -1637,12 +1637,12 @@ int main(void)
     RUN_TEST(test_a_client_that_asks_now_and_then_keeps_its_set);
     RUN_TEST(test_a_storm_of_saves_erases_little);
     RUN_TEST(test_a_tare_is_saved);
-    RUN_TEST(test_a_damaged_store_is_said_and_waited_for);
-    RUN_TEST(test_a_store_of_other_firmware_is_said_and_waited_for);
+    RUN_TEST(test_a_damaged_store_is_reported_and_needs_a_new_set);
+    RUN_TEST(test_a_store_of_other_firmware_is_reported_and_needs_a_new_set);
 #if DRIVE_FEEDFORWARD
-    RUN_TEST(test_a_set_of_the_feed_forward_of_old_is_said_and_waited_for);
+    RUN_TEST(test_an_old_set_of_the_feed_forward_is_reported_and_needs_a_new_set);
 #endif
-    RUN_TEST(test_saved_params_that_the_board_refuses_are_said_and_waited_for);
+    RUN_TEST(test_saved_params_that_the_board_refuses_are_reported_and_need_a_new_set);
     RUN_TEST(test_a_failed_self_test_comes_before_the_store);
     RUN_TEST(test_a_fault_keeps_200_ticks_before_it);
     RUN_TEST(test_a_trace_is_read_while_the_drive_runs);

@@ -466,7 +466,7 @@ static double check_learning(bool tells)
     return after / before;
 }
 
-static void test_breakaway_is_learned_beside_a_position_loop(void)
+static void test_breakaway_is_learned_next_to_a_position_loop(void)
 {
     TEST_ASSERT_TRUE(check_learning(true) < 0.4);
     TEST_ASSERT_TRUE(check_learning(false) < 1.0); // friction turns late
@@ -523,7 +523,7 @@ int main(void)
     RUN_TEST(test_a_drive_with_a_sensor_does_not_use_the_motion);
     RUN_TEST(test_wild_positions_move_u_by_no_more_than_friction);
     RUN_TEST(test_less_than_a_width_is_no_motion);
-    RUN_TEST(test_breakaway_is_learned_beside_a_position_loop);
+    RUN_TEST(test_breakaway_is_learned_next_to_a_position_loop);
     RUN_TEST(test_what_is_learned_outlasts_a_stop_until_it_is_forgotten);
     RUN_TEST(test_an_encoder_that_stands_still_changes_nothing);
     return UNITY_END();

@@ -166,7 +166,7 @@ def test_values_that_do_not_go_together_are_refused_at_the_start(made, part, val
     assert "it has not started" in door.said[-1]
 
 
-def test_inputs_that_are_no_numbers_are_counted(made):
+def test_inputs_that_are_not_numbers_are_counted(made):
     axis, joint = Instance(made["axis"]), Instance(made["joint"])
     for bad in (float("nan"), float("inf"), -1e300):
         axis.step(r_n=bad, y_n=0.1)

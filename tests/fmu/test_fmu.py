@@ -259,7 +259,7 @@ def test_instances_do_not_know_of_each_other(triangle):
     assert got == expected
 
 
-def test_a_reset_loop_starts_anew(triangle):
+def test_a_reset_loop_starts_again(triangle):
     path, run = triangle
     loop = Instance(path)
     first = play(loop, run, 0, 300)
@@ -407,7 +407,7 @@ def test_fmi_3_knows_the_time(triangle3):
     assert loop.get("time") == 7.0 + TICK_S
 
 
-def test_fmi_3_says_nothing_unless_it_is_asked_to(triangle3):
+def test_fmi_3_logs_nothing_unless_logging_is_on(triangle3):
     loop = Instance(triangle3, logs=False)
     for categories, texts in ((["logEvents"], 0), (["logStatusError"], 1), ([], 2)):
         loop.fmu.setDebugLogging(True, categories)

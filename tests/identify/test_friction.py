@@ -58,7 +58,7 @@ def test_L_is_within_three_percent_over_the_loads(experiment):
     assert np.max(np.abs(L / L_of(truth, FORCE) - 1)) < 0.03
 
 
-def test_what_the_log_does_not_show_is_said_with_the_experiment(experiment):
+def test_what_the_log_does_not_show_is_reported_with_the_experiment_for_it(experiment):
     by_name = found(experiment[2])
     assert by_name["m"].verdict == "not identifiable"
     for name in ("k_max", "v0", "m"):
@@ -171,7 +171,7 @@ def test_a_wrong_sign_is_named(experiment):
             friction.identify(synthetic.log_of(wrong))
 
 
-def test_directions_that_differ_are_told_apart_when_u_is_calibrated():
+def test_different_directions_are_distinguished_when_u_is_calibrated():
     truth = {**synthetic.truth_of(5), "scale": 1.0, "bias": 0.0}
     import tempfile
     from pathlib import Path
@@ -268,7 +268,7 @@ def test_friction_of_strokes_grows_with_the_loads_size(tmp_path, capsys):
 
 @pytest.mark.parametrize("changes_s", [0.0, 0.6])
 @pytest.mark.parametrize("role", ["x_deg", "w_deg_per_s"])
-def test_loads_in_turn_are_told_apart_in_one_log(role, changes_s, tmp_path, capsys):
+def test_successive_loads_are_distinguished_in_one_log(role, changes_s, tmp_path, capsys):
     """As strokes() makes them, three pairs a load; the load changes at a turn, or in the middle of a stroke. Of the speed alone, too, in rad/s."""
     t = np.arange(0, 24, 0.001)
     way, load = np.where(t % 2 < 1, 1, -1), np.array([20, 60, 40, 80])[np.minimum(t + 6 - changes_s, 29.9).astype(int) // 6 - 1]
@@ -381,7 +381,7 @@ def test_every_command_says_what_it_does(command, capsys):
 
 
 @pytest.mark.parametrize("text", ["a: [1, 2\nb: {c", "a: 1\n\tb: 2\n"])
-def test_what_is_no_yaml_is_named_with_its_line(text, log, tmp_path, capsys):
+def test_invalid_yaml_is_reported_with_its_line(text, log, tmp_path, capsys):
     (tmp_path / "bad.yaml").write_text(text, encoding="ascii")
     status, _, err = identify(capsys, "friction", log, "--scenario", tmp_path / "bad.yaml")
     assert status == 2 and "bad.yaml:2: not YAML: " in err
@@ -420,7 +420,7 @@ def test_a_plan_is_played_by_tribo_sim_and_stays_in_its_limits(tmp_path, capsys)
 
 @pytest.mark.parametrize("friction", ["{offset_N: 0.007, slope: 0.3}", "{offset_N: 0.002, slope: 0.02}", "{offset_N: 0.02, slope: 0.5}"])
 @pytest.mark.parametrize("limits", [(0.0, 0.9), (-0.6, 0.6), (-0.9, -0.1)])
-def test_no_force_of_a_plan_is_beyond_what_was_asked(limits, friction, tmp_path):
+def test_no_force_of_a_plan_exceeds_the_limit(limits, friction, tmp_path):
     plan = Plan(*limits).check()
     u = plan.commands()[:, 1]
     assert limits[0] <= u[2 * len(u) // 10 :].min() < u.max() <= max(limits[1], 0.0)
@@ -500,7 +500,7 @@ def test_breakaway_above_sliding_makes_a_verdict_weak(experiment):
 
 
 @pytest.mark.parametrize("command", ["plan", "friction", "actuator", "accept"])
-def test_no_option_takes_a_number_that_nobody_means(command, capsys):
+def test_no_option_takes_an_implausible_number(command, capsys):
     """NaN, infinite and subnormal ones, of each option that takes a number."""
     options = {"plan": ("low", "high", "rate", "offset", "slope", "noise", "u-max", "sample-time"), "friction": ("actuator", "sensor", "lag"), "actuator": ("stiffness",), "accept": ("low", "high")}[command]
     for name in options:

@@ -19,7 +19,7 @@ def readings(ramp, noise, step, digits=7):
 @pytest.mark.parametrize("ramp", RAMPS)
 @pytest.mark.parametrize("step", [0.0, 0.01, 0.05, 0.2, 0.5])
 @pytest.mark.parametrize("noise", [0.001, 0.01, 0.05, 0.2])
-def test_noise_and_steps_are_told_apart(ramp, noise, step):
+def test_noise_and_steps_are_distinguished(ramp, noise, step):
     """Noise within a fifth where it is a quarter of a step or more, within two fifths to a fifteenth if the ramp stays at each step for
     ten rows; below that it is little. Both together are never none."""
     found = bins.readings_of(readings(ramp, noise, step))

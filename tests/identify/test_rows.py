@@ -85,7 +85,7 @@ def test_a_pattern_is_found_with_its_size_and_period():
 
 
 @pytest.mark.parametrize("seed", (1009, 1013, 1025))  # sliding has less friction, and few rows are slow
-def test_cogging_is_found_beside_friction_that_falls(seed):
+def test_cogging_is_found_along_with_falling_friction(seed):
     rig = strange.rig_of(seed)
     text = residual.shows(log_of(strange.spoilt(rig, "cogging")[0]), "symmetric", level_of(rig))[0]
     assert float(text.split("periods of ")[1].split()[0]) == pytest.approx(0.13 * rig["high"], rel=0.03), text

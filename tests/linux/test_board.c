@@ -371,7 +371,7 @@ static void test_an_enable_that_stays_high_refuses_the_start(void)
     TEST_ASSERT_EQUAL_HEX32(0, inputs());
 }
 
-static void test_an_enable_that_reads_other_than_it_is_told_is_a_fault(void)
+static void test_an_enable_pin_that_reads_other_than_set_is_a_fault(void)
 {
     TEST_ASSERT_TRUE(open_board());
     TEST_ASSERT_EQUAL_HEX32(0, inputs());
@@ -476,7 +476,7 @@ int main(void)
     RUN_TEST(test_a_killed_loop_is_off_at_once_though_its_output_blocks);
     RUN_TEST(test_a_loop_that_its_output_blocks_is_off_before_it_comes_back);
     RUN_TEST(test_an_enable_that_stays_high_refuses_the_start);
-    RUN_TEST(test_an_enable_that_reads_other_than_it_is_told_is_a_fault);
+    RUN_TEST(test_an_enable_pin_that_reads_other_than_set_is_a_fault);
     RUN_TEST(test_a_chip_that_does_not_read_outputs_goes_without);
     RUN_TEST(test_a_stage_that_is_ready_though_off_refuses_the_start);
     RUN_TEST(test_ready_must_fall_within_its_time);

@@ -147,7 +147,7 @@ def test_a_wrong_place_is_found_before_a_trace_and_an_acknowledgement(serve, tmp
     ("trace x", "trace takes no argument"), ("fault x", "fault takes no argument"), ("list x", "list takes no argument"),
     ("ports x", "ports takes no argument"), ("params save x", "params save takes no argument"), ("params defaults x", "params defaults takes no argument"),
     ("status --device tcp:localhost:1 --baud 9600", "--baud: tcp:localhost:1 is no serial line")])
-def test_words_without_effect_are_refused_before_a_drive_is_asked(words, why):
+def test_options_without_effect_are_refused_before_a_drive_is_queried(words, why):
     done = subprocess.run([os.environ["TRIBO_LINK"], *words.split()], capture_output=True, text=True, timeout=600, check=False,
                           env={**os.environ, "TRIBO_LINK_DEVICE": "/dev/null/none"})
     assert done.returncode == 2 and done.stdout == "" and done.stderr.startswith(f"tribo-link: {why}"), done
@@ -367,7 +367,7 @@ def test_what_protects_changes_only_at_rest_and_is_said(serve):
     served.wait_for("protection: limits.u_max_N from 2 to 1.5 at tick ")
 
 
-def test_all_changes_of_a_set_are_said(serve):
+def test_all_changes_of_a_set_are_reported(serve):
     """More than the registers keep."""
     served = serve("drive: {reference_ms: 0, stuck_ticks: 100}\n")
     fields = {"late_us": (50, 40), "budget_us": (250, 200), "residual_ms": (50, 40), "command_limit_ms": (500, 400), "tracking_ms": (1000, 900),
@@ -379,7 +379,7 @@ def test_all_changes_of_a_set_are_said(serve):
         served.wait_for(f"protection: drive.{name} from {before} to {after} at tick ")
 
 
-def test_nobody_goes_beyond_the_configuration(serve):
+def test_no_client_exceeds_the_configuration(serve):
     served = serve("store: params.bin\n")
     assert "drive.residual_ms = 80 is refused, the drive goes on as it was: 1 to 50" in \
         served.link("params", "set", "drive.residual_ms=80", status=2)
@@ -432,7 +432,7 @@ def test_a_wrong_bus_is_named_in_the_error(drive, bus, message):
 GAIN, COMMAND, REFERENCE, ACTIVE = 0x1108, 0x100, 0x110, 0x1000
 
 
-def test_messages_that_nobody_reads_hold_up_nothing(drive):
+def test_unread_messages_delay_nothing(drive):
     """As on a terminal that Ctrl-S has stopped."""
     port = 20000 + os.getpid() % 20000
     drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{port: {port}}}\n")

@@ -289,7 +289,7 @@ def test_a_device_is_a_serial_line(tmp_path):
 
 
 @pytest.mark.parametrize("baud", ["123456", "0", "-1", "9600x", "", "4000001", "1e5"])
-def test_a_rate_that_is_none_is_no_other_rate(baud):
+def test_an_unsupported_baud_rate_is_refused(baud):
     """libmodbus takes 9600 for what it does not know."""
     status, said = link("-d", "/dev/null", "--baud", baud)
     assert status == 2 and f"--baud {baud}: one of 1200, 2400, 4800, 9600, " in said and "/dev/null" not in said
@@ -327,7 +327,7 @@ def test_it_ends_on_a_line_that_dribbles(text):
     assert status == 2 and "unit 1" in said, said
 
 
-def test_an_empty_variable_is_none():
+def test_an_empty_variable_counts_as_unset():
     assert "no drive answers as unit 1" in link("status", TRIBO_LINK_DEVICE="")[1] or link("ports")[0] == 0
 
 

@@ -220,7 +220,7 @@ def test_a_crowd_does_not_disturb_the_master(target):
 
 
 @pytest.mark.parametrize("head", ["000000010006", "000000000000", "000000000001", "0000000000ff", "00000000ffff", "ffffffffffff"])
-def test_what_is_no_modbus_ends_the_connection(target, head):
+def test_bytes_that_are_not_modbus_end_the_connection(target, head):
     drive = target()
     with Client(drive.port) as client:
         client.socket.sendall(bytes.fromhex(head) + bytes(20))
@@ -250,7 +250,7 @@ def test_an_implausible_number_is_refused_in_every_register(target):
         assert client.write_number("trace.level", 1e6) == 0 and client.write_number("trace.level", -1.1e6) == 3
 
 
-def test_what_is_no_register_is_refused(target):
+def test_an_unknown_register_is_refused(target):
     """Every address that the list of registers does not name, one by one; and those that it does are there."""
     named = {address + half for address in ADDRESSES.values() for half in (0, 1)}
     with Client(target().port) as client:
@@ -343,7 +343,7 @@ def evil_pdu(client, near):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_fuzzer_that_knows_the_registers_gets_nowhere(target, seed):
+def test_a_fuzzer_that_knows_the_registers_does_no_harm(target, seed):
     random.seed(seed)
     drive = target("store: params.bin\ndrive: {reference_ms: 0}\n")
     near = list(ADDRESSES.values())

@@ -195,7 +195,7 @@ def test_the_view_leaves_the_terminal_as_it_was(demo):
     assert b"state    " in seen
 
 
-def test_what_cannot_be_watched_is_said(demo):
+def test_a_signal_that_cannot_be_watched_is_reported(demo):
     assert "standard output is no terminal" in demo.link("watch", status=2)
     assert "HOST:PORT is expected" in demo.link("watch", "--udp", "nowhere", status=2)
     assert "no such address" in demo.link("watch", "--udp", "no.such.host.invalid:1", status=2)

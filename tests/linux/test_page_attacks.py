@@ -136,7 +136,7 @@ def strangers(page):
             idle(page, head + b"Content-Length: 1000\r\n\r\nsta")]
 
 
-def test_strangers_start_no_command_and_the_reference_goes_on(rig, page):
+def test_clients_without_token_start_no_command_and_the_reference_goes_on(rig, page):
     seen = []
     with attack(*strangers(page)):
         end = rig.status()["tick"] + 2 * REFERENCE_MS
@@ -148,7 +148,7 @@ def test_strangers_start_no_command_and_the_reference_goes_on(rig, page):
     assert page.state() == "idle"
 
 
-def test_the_page_has_its_places_among_strangers(rig, page):
+def test_the_page_keeps_its_connections_among_clients_without_token(rig, page):
     with attack(*strangers(page)):
         for _ in range(5):
             assert page.ask("GET", "/list")[0] == 200 and page.ask("GET", "/values")[0] == 200

@@ -381,7 +381,7 @@ static void test_a_mark_may_rot(void)
     params_file_close(&store);
 }
 
-static void test_what_is_no_store_is_refused(void)
+static void test_a_file_that_is_not_a_store_is_refused(void)
 {
     static const uint8_t text[2][FILE_BYTES + 1u] = {"scenario: loop.yaml\n", {0xff, 0xff, 0xff, 0xff}};
     const size_t         sizes[2]                 = {20, sizeof text[1]};
@@ -425,7 +425,7 @@ int main(void)
     RUN_TEST(test_a_save_of_what_is_saved_writes_nothing);
     RUN_TEST(test_a_file_that_takes_nothing_keeps_its_set);
     RUN_TEST(test_a_mark_may_rot);
-    RUN_TEST(test_what_is_no_store_is_refused);
+    RUN_TEST(test_a_file_that_is_not_a_store_is_refused);
     RUN_TEST(test_a_store_that_cannot_be_read_is_not_empty);
     return UNITY_END();
 }

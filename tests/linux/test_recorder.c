@@ -154,7 +154,7 @@ static void *read_slowly(void *context)
 }
 
 /// Slower than any one wait, but it reads on.
-static void test_a_slow_reader_gets_all_of_it(void)
+static void test_a_slow_reader_gets_the_whole_output(void)
 {
     pthread_t reader;
     void     *length = NULL;
@@ -263,7 +263,7 @@ int main(void)
     RUN_TEST(test_all_rows_come_in_order);
     RUN_TEST(test_a_disk_that_stalls_costs_rows_not_time);
     RUN_TEST(test_an_unread_pipe_does_not_delay_the_end);
-    RUN_TEST(test_a_slow_reader_gets_all_of_it);
+    RUN_TEST(test_a_slow_reader_gets_the_whole_output);
     RUN_TEST(test_a_pipe_without_a_reader_is_refused);
     RUN_TEST(test_a_disk_without_room_for_the_head_is_reported);
     RUN_TEST(test_a_full_disk_is_reported_at_its_start_and_at_its_end);

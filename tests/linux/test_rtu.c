@@ -247,7 +247,7 @@ static void test_half_a_frame_is_dropped_at_a_silence(void)
     }
 }
 
-static void test_a_wrong_crc_is_no_frame(void)
+static void test_a_frame_with_a_wrong_crc_is_ignored(void)
 {
     uint8_t request[8] = {START};
     (void)seal(request, 6);
@@ -309,7 +309,7 @@ int main(void)
     RUN_TEST(test_after_noise_another_units_values_are_no_frames);
     RUN_TEST(test_without_a_silence_old_requests_are_not_awaited);
     RUN_TEST(test_half_a_frame_is_dropped_at_a_silence);
-    RUN_TEST(test_a_wrong_crc_is_no_frame);
+    RUN_TEST(test_a_frame_with_a_wrong_crc_is_ignored);
     RUN_TEST(test_what_came_before_is_late_and_what_comes_after_is_not);
     RUN_TEST(test_a_frame_of_the_greatest_size_is_found);
     return UNITY_END();

@@ -161,7 +161,7 @@ def test_the_printed_address_opens_the_page_and_a_token_in_it_starts_nothing(at_
 
 
 @pytest.mark.parametrize("name", ["Host", "Origin", "Sec-Fetch-Site", "X-Tribo-Token"])
-def test_a_header_that_comes_twice_is_none(served, name):
+def test_a_request_with_a_repeated_header_is_refused(served, name):
     values = {"Host": f"127.0.0.1:{served.port}", "Origin": f"http://127.0.0.1:{served.port}", "Sec-Fetch-Site": "same-origin", "X-Tribo-Token": served.token}
     for twice in (False, True):
         lines = [f"{header}: {value}\r\n" for header, value in values.items()] + [f"{name}: {values[name]}\r\n"] * twice
@@ -185,7 +185,7 @@ def test_the_page_has_its_commands_alone(at_rest, words):
     assert at_rest.state() == "idle"
 
 
-def test_nobody_frames_the_page(served):
+def test_the_page_cannot_be_framed(served):
     headers = served.ask("GET", "/")[2]
     assert headers["X-Frame-Options"] == "DENY" and "frame-ancestors 'none'" in headers["Content-Security-Policy"]
 

@@ -84,7 +84,7 @@ static void test_whole_numbers_are_read(void)
     }
 }
 
-static void test_half_a_number_is_none(void)
+static void test_half_a_number_is_not_a_number(void)
 {
     static const char *const wrong[] =
         {"", "\n", "x", "1.5\n", "12x", "0x10", "9223372036854775808\n", "000000000000000000000000013200\n"};
@@ -129,7 +129,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_whole_numbers_are_read);
-    RUN_TEST(test_half_a_number_is_none);
+    RUN_TEST(test_half_a_number_is_not_a_number);
     RUN_TEST(test_what_a_signal_interrupts_is_repeated);
     RUN_TEST(test_what_is_always_interrupted_fails);
     return UNITY_END();

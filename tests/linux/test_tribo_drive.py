@@ -262,7 +262,7 @@ def test_lines_as_reference(drive):
 
 
 @pytest.mark.parametrize("line", ["much\n", "nan\n", "1 2\n", "9" * 100 + "\n"])
-def test_a_line_that_is_no_number_ends_the_run(drive, line):
+def test_a_line_that_is_not_a_number_ends_the_run(drive, line):
     _, said = drive.ticks(100, "--reference", "-", lines=line, status=1)
     assert "standard input" in said
 
@@ -439,7 +439,7 @@ def test_a_duration_ends_it(drive):
     assert len(log["t_s"]) == 50 and "50 ticks" in said
 
 
-def test_a_watchdog_that_is_waived_is_told(drive):
+def test_a_waived_watchdog_is_reported(drive):
     drive.program = DRIVE
     drive.write("rig.yaml", DEVICES)
     assert "watchdog: none, so nothing turns the outputs off if the kernel hangs\n" in drive.run("rig.yaml", "--check").stderr

@@ -103,13 +103,13 @@ def test_options_of_a_run_are_refused_for_a_sweep_and_mcap(tmp_path):
 
 @pytest.mark.parametrize("words", [["tribo_plot", "--help"], ["tribo_plot", "--version"], ["tribo_plot.sweep", "--help"], ["tribo_plot.sweep", "--version"]])
 @pytest.mark.parametrize("lost", ["full", "closed", "gone"])
-def test_help_that_is_lost_is_an_error(words, lost):
+def test_a_failed_write_of_the_help_is_an_error(words, lost):
     lost_is_an_error([*TOOL, *words], "tribo-" + words[0].replace("_plot.", "-").split("-")[-1].removeprefix("tribo_"), lost)
 
 
 @pytest.mark.parametrize("script, option", [("tools/tribo-fmu", "--help"), ("tools/tribo-fmu", "--version"), ("tools/link/demo-drive", "--help"), ("tools/link/demo-drive", "--version")])
 @pytest.mark.parametrize("lost", ["full", "closed", "gone"])
-def test_help_of_a_script_that_is_lost_is_an_error(script, option, lost):
+def test_a_failed_write_of_a_scripts_help_is_an_error(script, option, lost):
     lost_is_an_error([sys.executable, "-B", ROOT / script, option], {"tools/tribo-fmu": "tribo-fmu"}.get(script, "tribo-demo-drive"), lost)
 
 

@@ -180,7 +180,7 @@ def test_nothing_is_linked_that_acts_on_the_whole_process(module):
     assert not names & foreign.ACTS_ON_THE_PROCESS
 
 
-def test_a_name_that_is_no_utf8_is_said(tmp_path):
+def test_a_name_that_is_not_utf8_is_reported(tmp_path):
     path = os.fsdecode(os.fsencode(tmp_path) + b"/r\xe4der.yaml")
     pathlib.Path(path).write_text("gain: 3\n", encoding="utf-8")
     assert r"r\xe4der.yaml:1: unknown key gain" in refusal(tribo.run, path)

@@ -123,7 +123,7 @@ def test_a_study_without_axes_is_one_row():
     assert frame.loc[0, "rms_error_N"] == tribo.run("base.yaml").summary.rms_error_N
 
 
-def test_a_scenario_beside_the_study_goes_before_one_of_the_folder():
+def test_a_scenario_next_to_the_study_precedes_one_of_the_folder():
     pathlib.Path("d").mkdir()
     pathlib.Path("d/triangle").write_text(BASE)
     pathlib.Path("d/study.yaml").write_text("scenario: triangle\n")
@@ -616,7 +616,7 @@ def test_complaints_about_an_axis(axis, message):
     (b"#" * (5 << 20), "wrong.yaml: is larger than 4194304 bytes"),
     (b"scenario: nothing\n", "wrong.yaml:1:11: scenario: nothing: there is no such file, and no such scenario in .*"),
 ])
-def test_a_file_that_is_no_study(content, message):
+def test_a_file_that_is_not_a_study(content, message):
     pathlib.Path("wrong.yaml").write_bytes(content)
     with pytest.raises(tribo.ScenarioError) as refused:
         tribo.Study("wrong.yaml")

@@ -67,7 +67,7 @@ def test_strokes_at_the_limit_of_effort_are_left_out(tmp_path):
 
 
 @pytest.mark.parametrize("name, change", [("absolute", np.abs), ("never below", lambda u: np.maximum(u, 0)), ("never above", lambda u: np.minimum(u, 0))])
-def test_an_effort_that_has_lost_its_sign_is_refused(name, change, tmp_path):
+def test_an_effort_without_its_sign_is_refused(name, change, tmp_path):
     for seed in (1, 24):
         truth = joints.play(seed, tmp_path)
         with pytest.raises(Refusal, match="its sign was lost") as refused:

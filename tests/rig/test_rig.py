@@ -173,7 +173,7 @@ def test_friction_that_falls_is_found_and_simulated(uneven):
     assert abs(w.off_by("off")) < 0.05 and abs(w.off_by("on")) < 0.05
 
 
-def test_what_cannot_be_told_from_the_command_is_said(uneven, tmp_path):
+def test_a_value_that_the_command_cannot_reveal_is_reported(uneven, tmp_path):
     """The same logs without a known command: symmetric friction of another scale makes them, too."""
     for name in ("rig.yaml", "1-ramp-log.csv", "2-slides-log.csv"):
         (tmp_path / name).write_text((uneven[1] / name).read_text().replace(COMMAND, ""))
@@ -276,7 +276,7 @@ SMALL = {"seed 0": (0, 0.0), "seed 1": (1, 0.0), "seed 5": (5, 0.0), "in a short
 
 
 @pytest.mark.parametrize("case", SMALL)
-def test_an_arm_without_stiction_is_told_from_one_with_little(case, tmp_path):
+def test_an_arm_without_stiction_is_distinguished_from_one_with_little(case, tmp_path):
     """Neither is asked for more force. Of friction 2 % of the ramp is nothing that the rate of the ramp hides."""
     seed, part = SMALL[case]
     truth = replace(foreign.truth_of(seed), offset=max(0.5 * part, 1e-9) * foreign.truth_of(seed).high, slope=0.0, scale=1.0, bias=0.0)
