@@ -251,6 +251,42 @@ static double error_with(double gain, double breakaway, double load)
     return moves(&x, 12, 20);
 }
 
+/// Fast moves in oil: viscous friction reaches 1.2 times the dry friction, which alone is learned. A sine of 0.5 and 1 Hz behind a PD.
+static void test_viscous_friction_of_fast_moves_is_not_learned(void)
+{
+    for (uint32_t i = 0; i < 6u; i++)
+    {
+        const double frequency = i < 3u ? 0.5 : 1.0;
+        const double speed     = 2.0 * 3.14159265 * frequency * STROKE; // counts a second
+        const double viscous   = 0.6 * (i % 3u) * FRICTION / speed;
+        double       actuator = 0.0, position = 0.0, moves = 0.0, last = 0.0, rate = 0.0;
+        begin(0.0);
+        for (long tick = 0; tick < 20000; tick++)
+        {
+            const double phase = 2.0 * 3.14159265 * frequency * H * (double)tick;
+            const double q_ref = STROKE * sin(phase);
+            const double q     = floor(position);
+            rate += 0.3 * ((q - last) / H - rate);
+            last               = q;
+            const double heavy = -MASS * speed * 2.0 * 3.14159265 * frequency * sin(phase);
+            const double e     = heavy + 0.004 * (q_ref - q) + 0.0001 * (speed * cos(phase) - rate);
+            const double u     = step(fmax(-1.0, fmin(1.0, e)), q_ref, q);
+            for (int k = 0; k < 10; k++)
+            {
+                const double h = H / 10.0;
+                actuator += 1000.0 * h * (u - actuator);
+                const double push = actuator - viscous * moves + MASS * moves / h;
+                moves             = fabs(push) < FRICTION ? 0.0 : (push - copysign(FRICTION, push)) * h / MASS;
+                position += h * moves;
+            }
+        }
+        const tribo_joint_report_t x = report();
+        TEST_ASSERT_EQUAL(TRIBO_JOINT_SOUND, x.cause);
+        TEST_ASSERT_FLOAT_WITHIN(0.18f * (float)FRICTION, (float)FRICTION, x.friction);
+        TEST_ASSERT_TRUE(x.low < (float)FRICTION && (float)FRICTION < x.high);
+    }
+}
+
 static void test_friction_is_learned_whatever_was_configured_and_compensated(void)
 {
     const double none       = error_with(0.0, 0.0, 0.0);
@@ -828,6 +864,7 @@ int main(void)
     RUN_TEST(test_each_field_is_checked);
     RUN_TEST(test_a_joint_that_wraps_is_the_one_that_counts_turns);
     RUN_TEST(test_before_the_init_a_joint_puts_out_nothing);
+    RUN_TEST(test_viscous_friction_of_fast_moves_is_not_learned);
     RUN_TEST(test_friction_is_learned_whatever_was_configured_and_compensated);
     RUN_TEST(test_a_load_is_distinguished_from_friction);
     RUN_TEST(test_a_load_by_a_model_is_added_and_not_learned);

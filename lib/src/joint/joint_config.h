@@ -19,16 +19,18 @@
 #define JOINT_FASTEST        1000.0f // travels in a tick
 #define JOINT_WRAP_MIN       100.0f  // travels
 #define JOINT_WRAP_MAX       1.0e9f
-#define JOINT_DEADBAND       4    // halves of a travel
-#define JOINT_ASTRAY         64   // halves of a travel
-#define JOINT_AHEAD          4    // rest times at the last knee
-#define JOINT_MODEL          0.1f // of the friction: what a mean of slides leaves out
-#define JOINT_SLOW_MIN       16   // halves of a travel
-#define JOINT_SLIDE_MIN      32   // halves of a travel
-#define JOINT_SUPPORT        4    // times the effort that goes back, at rest
-#define JOINT_TURNS          4u   // at rest
-#define JOINT_AGAINST        4u   // slides
-#define JOINT_INTERVAL       1.5f // of the friction, on either side: what sticks may hold half more than what slides
+#define JOINT_DEADBAND       4     // halves of a travel
+#define JOINT_ASTRAY         64    // halves of a travel
+#define JOINT_AHEAD          4     // rest times at the last knee
+#define JOINT_MODEL          0.15f // of the friction: what a mean of slides leaves out
+#define JOINT_SLOW_MIN       16    // halves of a travel
+#define JOINT_VISCOUS        3     // fifths of the rise of friction from the slow to the fast part of a slide
+#define JOINT_VISCOUS_MIN    8     // a smaller rise, friction divided by it, is none
+#define JOINT_SLIDE_MIN      32    // halves of a travel
+#define JOINT_SUPPORT        4     // times the effort that goes back, at rest
+#define JOINT_TURNS          4u    // at rest
+#define JOINT_AGAINST        4u    // slides
+#define JOINT_INTERVAL       1.5f  // of the friction, on either side: what sticks may hold half more than what slides
 #define JOINT_TICKS_MAX      (UINT32_C(1) << 20)
 
 /// In ticks, or as a fraction of a tick.
