@@ -110,8 +110,8 @@ static tribo_status_t change(native_axis_t *axis, const tribo_axis_f32_config_t 
 {
     if (axis->q31)
     {
-        tribo_axis_q31_t *const        own  = &axis->fixed;
-        tribo_axis_q31_params_t *const next = own->ran == &own->params ? &axis->fixed_next : &own->params;
+        tribo_axis_q31_t *const        own    = &axis->fixed;
+        tribo_axis_q31_params_t *const next   = own->ran == &own->params ? &axis->fixed_next : &own->params;
         const tribo_status_t           status = tribo_axis_q31_prepare(next, config, (float)axis->full_scale_n);
         return status == TRIBO_OK ? tribo_axis_q31_change(own, next) : status;
     }
@@ -179,8 +179,12 @@ double native_axis_error(native_axis_t *axis, double r_n, double y_n)
 double native_axis_command(native_axis_t *axis, double v_n)
 {
     const double full = axis->full_scale_n;
-    return axis->q31 ? learned_from(axis, tribo_axis_q31_command(&axis->fixed, tribo_q31_of_n(v_n, full)))
-                     : (double)tribo_axis_f32_command(&axis->f32, (float)v_n);
+    if (!axis->q31)
+    {
+        return (double)tribo_axis_f32_command(&axis->f32, (float)v_n);
+    }
+    common_count_bad(&axis->fixed.bad_inputs, !isfinite(v_n));
+    return learned_from(axis, tribo_axis_q31_command(&axis->fixed, tribo_q31_of_n(isfinite(v_n) ? v_n : 0.0, full)));
 }
 
 double native_axis_excess(const native_axis_t *axis)
@@ -326,12 +330,13 @@ void native_joint_play(native_joint_t *joint,
     {
         if (joint->q31)
         {
-            tribo_joint_q31_t *const x    = &joint->fixed;
-            const int32_t            made = tribo_joint_q31_step(x,
+            tribo_joint_q31_t *const x = &joint->fixed;
+            common_count_bad(&x->bad_inputs, !isfinite(effort[i]) || !isfinite(q_ref[i]) || !isfinite(q[i]));
+            const int32_t made = tribo_joint_q31_step(x,
                                                       common_joint_effort(effort[i], full, 0),
                                                       common_joint_counts(q_ref[i], x->q_ref),
                                                       common_joint_counts(q[i], x->q));
-            u[i]                          = tribo_n_of_q31(made, full);
+            u[i]               = tribo_n_of_q31(made, full);
         }
         else
         {
@@ -344,6 +349,7 @@ void native_joint_load(native_joint_t *joint, double load)
 {
     if (joint->q31)
     {
+        common_count_bad(&joint->fixed.bad_inputs, !isfinite(load));
         tribo_joint_q31_load(&joint->fixed, common_joint_effort(load, joint->effort_max, joint->fixed.load));
         return;
     }

@@ -200,6 +200,11 @@ static void test_each_field_is_checked(void)
     config           = rig(1.0f);
     config.arm_lag_s = 0.0f; // none that is known
     TEST_ASSERT_EQUAL(TRIBO_OK, refused(&config));
+    config.arm_lag_s = 1.0e-7f; // an arm of little inertia
+    TEST_ASSERT_EQUAL(TRIBO_OK, refused(&config));
+    config.arm_lag_s     = 0.0f;
+    config.sample_time_s = 1.0e-6f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, refused(&config));
     TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, prepare(NULL, &config));
     TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, refused(NULL));
     TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, init(NULL, &config));

@@ -226,3 +226,48 @@ def test_a_joint_refuses_what_is_out_of_range():
     for arith in ARITHMETICS:
         joint = tribo.Joint(**JOINT, arith=arith)
         assert np.isfinite(joint.steps([math.nan, 0.1, 0.1], [0, math.nan, 0], [0, 0, math.inf])).all()
+
+
+@pytest.mark.parametrize("arith", ["f32", "q31"])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_each_bad_input_of_a_joint_is_counted_once_a_tick(arith, bad):
+    for place in range(3):
+        joint = tribo.Joint(sample_time_s=1e-3, effort_max=3.0, travel=4, arith=arith)
+        inputs = [0.5, 0.0, 0.0]
+        joint.step(*inputs)
+        inputs[place] = bad
+        assert joint.step(*inputs) == pytest.approx(0.0 if place == 0 else 0.5, abs=1e-6) and joint.report().bad_inputs == 1
+        joint.step(bad, bad, bad)
+        assert joint.report().bad_inputs == 2
+        joint.load(bad)
+        assert joint.report().bad_inputs == 3 and joint.step(0.5, 0.0, 0.0) == pytest.approx(0.5, abs=1e-6) and joint.report().bad_inputs == 3
+
+
+@pytest.mark.parametrize("arith", ["f32", "q31"])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_a_bad_output_of_a_callers_controller_is_0_and_counted(arith, bad):
+    """A NaN of one's own PID was the largest command downwards in Q31."""
+    axis, other = (tribo.Axis(**RIG, controller="own", arith=arith) for _ in range(2))
+    for one in (axis, other):
+        one.error(0.5, 0.4)
+    assert axis.command(bad) == other.command(0.0) and (axis.report().bad_inputs, other.report().bad_inputs) == (1, 0)
+
+
+@pytest.mark.parametrize("arith", ["f32", "q31"])
+@pytest.mark.parametrize("changes", [
+    {"u_min_N": -1e-5, "u_max_N": 1e-5, "offset_N": 1e-6, "slope": 0.3}, {"u_min_N": 0.0, "u_max_N": 1e-4, "offset_N": 1e-6, "slope": 0.3}, {"u_min_N": -1e6, "u_max_N": 1e6, "offset_N": 100.0},
+    {"u_min_N": -2.0, "u_max_N": 0.0}, {"input_max_N": 100.0}, {"usual_force_N": 50.0}, {"offset_N": 20.0}, {"negative_offset_N": 30.0}, {"gravity_N": 30.0}, {"gravity_N": -30.0},
+    {"noise_N": 5.0}, {"sample_time_s": 1e-6}, {"sample_time_s": 1e-6, "arm_lag_s": 1e-6}, {"sample_time_s": 1e-5}, {"arm_lag_s": 1e-7}])  # fmt: skip
+def test_a_default_refuses_no_legal_config(arith, changes):
+    axis = tribo.Axis(**({"sample_time_s": 1e-3, "u_min_N": -2.0, "u_max_N": 2.0, "offset_N": 0.007, "slope": 0.3, "actuator_pole_rad_per_s": 200.0, "sensor_pole_rad_per_s": 55.0, "kp": 1.9, "ki_per_s": 110.0} | changes), arith=arith)
+    most = max(abs(axis._keywords["u_min_N"]), abs(axis._keywords["u_max_N"]))
+    assert np.isfinite(axis.steps(np.full(100, 0.1 * most), 0.0)).all()
+
+
+def test_the_default_full_scale_is_that_of_the_limits_where_they_are_the_largest():
+    assert [tribo.Axis(**RIG, kp=1.0, ki_per_s=1.0, arith=arith)._keywords["full_scale_N"] for arith in ("f32", "q31")] == [4.0 * max(-RIG["u_min_N"], RIG["u_max_N"])] * 2
+
+
+def test_a_refusal_by_the_default_full_scale_names_it():
+    with pytest.raises(tribo.StatusError, match="full_scale_N was left out and is 0.001: give one that suits, or arith='f32'"):
+        tribo.Axis(**(RIG | {"u_min_N": -1e-6, "u_max_N": 1e-6, "offset_N": 1e-6}), kp=1.0, ki_per_s=1.0, arith="q31")

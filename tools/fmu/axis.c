@@ -3,6 +3,7 @@
 
 #include "door.h"
 
+#include "loop/joint_inputs.h"
 #include "loop/movable_axis.h"
 #include "tribo_arithmetic.h"
 
@@ -77,8 +78,14 @@ void fmu_door_tick(void *door, double signals[SIGNAL_COUNT])
     const tribo_force_t   r      = tribo_force_of_n(signals[SIGNAL_r_n], full_n);
     const tribo_force_t   y      = tribo_force_of_n(signals[SIGNAL_y_n], full_n);
 #ifdef FMU_CONTROLLER_OWN
-    signals[SIGNAL_e_n]      = tribo_force_n(TRIBO(axis, error)(axis, r, y), full_n);
-    const tribo_force_t v    = tribo_force_of_n(signals[SIGNAL_v_n], full_n);
+    signals[SIGNAL_e_n] = tribo_force_n(TRIBO(axis, error)(axis, r, y), full_n);
+#if TRIBO_IS_Q31
+    const double v_n = isfinite(signals[SIGNAL_v_n]) ? signals[SIGNAL_v_n] : 0.0;
+    common_count_bad(&axis->bad_inputs, !isfinite(signals[SIGNAL_v_n]));
+#else
+    const double v_n = signals[SIGNAL_v_n];
+#endif
+    const tribo_force_t v    = tribo_force_of_n(v_n, full_n);
     signals[SIGNAL_u_n]      = tribo_force_n(TRIBO(axis, command)(axis, v), full_n);
     signals[SIGNAL_excess_n] = tribo_force_n(TRIBO(axis, excess)(axis), full_n);
 #else

@@ -46,6 +46,14 @@ static tribo_force_t position_of(double q, int32_t before)
     return common_joint_counts(q, before);
 }
 
+static void note_bad(joint_t *joint, const double signals[SIGNAL_COUNT])
+{
+    common_count_bad(&joint->bad_inputs, !isfinite(signals[SIGNAL_load]));
+    common_count_bad(&joint->bad_inputs,
+                     !isfinite(signals[SIGNAL_effort]) || !isfinite(signals[SIGNAL_q_ref]) ||
+                         !isfinite(signals[SIGNAL_q]));
+}
+
 #else
 
 static double unit_of(const joint_t *joint)
@@ -67,11 +75,17 @@ static tribo_force_t position_of(double q, float before)
     return (float)q;
 }
 
+static void note_bad(joint_t *joint, const double signals[SIGNAL_COUNT])
+{
+    (void)joint, (void)signals;
+}
+
 #endif
 
 void fmu_door_tick(void *door, double signals[SIGNAL_COUNT])
 {
     joint_t *const joint = door;
+    note_bad(joint, signals);
     TRIBO(joint, load)(joint, effort_of(joint, signals[SIGNAL_load], joint->load));
     const tribo_force_t u = TRIBO(joint, step)(joint,
                                                effort_of(joint, signals[SIGNAL_effort], 0),

@@ -5,10 +5,12 @@
 #include "../number/ieee_f32.h"
 #include "../number/ranges.h"
 
-#define LEAST_LAG       0.05f  // least lag of the arm, ticks: its poles stay inside the unit circle in Q31
-#define LAG_MAX         1.0e3f // largest lag of the arm, ticks
-#define PRIOR_DEVIATION 0.45f  // standard deviation of the configured breakaway before learning, as a part of it
-#define MODEL_DEVIATION 0.02f  // standard deviation that learning does not remove, as a part of breakaway
+#define LEAST_LAG       0.05f // least lag of the arm, ticks: its poles stay inside the unit circle in Q31
+#define INERTIA_MIN     1.0e-12f
+#define STIFF           1048576.0f // of a quick arm, 2^20
+#define LAG_MAX         1.0e3f     // largest lag of the arm, ticks
+#define PRIOR_DEVIATION 0.45f      // standard deviation of the configured breakaway before learning, as a part of it
+#define MODEL_DEVIATION 0.02f      // standard deviation that learning does not remove, as a part of breakaway
 #define FAR_BELOW       3.0f // learned friction at its upper limit, or a load instead, as a multiple of the configured one
 #define FAR_ABOVE       0.2f    // learned friction at its lower limit
 #define SETTLED         0.2f    // relative variance of friction that slides both ways settle
@@ -90,11 +92,14 @@ static tribo_status_t set_controller(tribo_force_loop_f32_config_t *loop, const 
     }
 }
 
-/// A critically damped arm with the given lag. The methods use only its damping divided by stiffness.
+/// A critically damped arm with the given lag. The methods use only its damping divided by stiffness. A quick arm is
+/// stiff because its inertia would otherwise be less than an arm may have.
 static tribo_arm_f32_config_t arm_of(float lag_s, float h)
 {
     const float b = larger(lag_s, LEAST_LAG * h);
-    return (tribo_arm_f32_config_t){.inertia = 0.25f * b * b, .damping = b, .stiffness = 1.0f};
+    const float I = 0.25f * b * b;
+    const float K = I < INERTIA_MIN ? STIFF : 1.0f;
+    return (tribo_arm_f32_config_t){.inertia = I * K, .damping = b * K, .stiffness = K};
 }
 
 tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop, const tribo_axis_f32_config_t *config)
