@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import joints
 import numpy as np
+import position_loop
 import pytest
 import ruamel.yaml as yaml
 
@@ -170,3 +171,24 @@ def test_a_folder_of_a_force_axis_is_not_taken_for_a_joints(tmp_path):
     (tmp_path / "rig.yaml").write_text("")
     said = rig(tmp_path, "--joint")
     assert said.returncode == 2 and "belongs to a force axis" in said.stderr
+
+
+def test_steps_between_two_positions_show_the_loop_and_a_sine_helps():
+    """A fit of such steps alone finds gain and damping of the position loop: the friction was up to two hundred times too large, with an interval of a tenth."""
+    alone, both = position_loop.judged(range(4001, 4021))
+    assert list(alone.values()).count("loop") >= 4 and "exchanged" not in alone.values()
+    assert len(position_loop.wrong(alone)) <= 1, position_loop.wrong(alone)
+    assert sum(not isinstance(one, str) for one in both.values()) >= 4 and len(position_loop.wrong(both)) <= 1, both
+
+
+def test_the_refusal_of_steps_says_what_to_record():
+    rig = position_loop.rig_of(next(seed for seed, one in position_loop.judged(range(4001, 4010))[0].items() if one == "loop"))
+    with pytest.raises(Refusal, match="Record a sine as well, and keep the steps"):
+        slip.identify([position_loop.play(rig, "steps")], rig["u_max"])
+
+
+def test_steps_to_many_positions_are_still_read_without_a_sine(tmp_path):
+    for seed in (7001, 7008, 7010):
+        truth = joints.play(seed, tmp_path)
+        error, half = joints.compared(truth, slip.identify([s for s in joints.logs_in(tmp_path) if "steps" in s.file], 1.2 * truth["u_max"]))["friction"]
+        assert abs(error) < half < 0.1, (seed, error, half)

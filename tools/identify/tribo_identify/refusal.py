@@ -2,7 +2,7 @@
 
 from tribo_design.errors import DesignError
 
-CAUSES = ("silent", "units", "sign", "one direction", "few loads", "saturated", "ripple", "clock", "held", "model", "no stiction", "jumps", "exchanged", "noise")
+CAUSES = ("silent", "units", "sign", "one direction", "few loads", "saturated", "ripple", "clock", "held", "model", "no stiction", "jumps", "exchanged", "noise", "loop")
 
 
 class Refusal(DesignError):

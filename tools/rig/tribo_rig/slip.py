@@ -33,6 +33,9 @@ LEFT = 0.3  # of the friction, rms: more that is left is no law of friction
 LEFT_PART = 0.25  # of what is left, in an interval
 LAW = 0.005  # of the friction, likewise: what a law of friction is good for
 TOLD = 0.08  # half an interval of the slope: wider is not told
+ALONE = 0.22  # part of the friction's direction that no other column has: with less the logs cannot tell friction
+ALONE_FULL = 0.4  # likewise: with less the interval grows
+DAMPED = -0.3  # of the friction: a viscous part at the largest speed that no joint has, but a position loop
 RATTLES = 0.4  # of the friction, from tick to tick
 NOTHING = 2.0  # likewise: there is no friction to speak of
 BEYOND = 1.1  # of effort_max: u is something else
@@ -185,6 +188,15 @@ def columns_of(rows, load=None, knee=0.0):
         mine, x = rows.log == number, (rows.q - middle) / span
         own += [mine * rows.a, *(mine * x**power for power in range(POWERS + 1))]
     return np.column_stack([*shared, *own]), len(shared)
+
+
+def alone_of(rows):
+    """The part of the friction's column that the others cannot make, 0 to 1. Between two positions a position loop moves the joint by u = gain (r - q) - damping v, and its r is a
+    constant for each way, as friction is: then speed, position and acceleration make the column of friction, and a fit finds the loop in place of the joint."""
+    matrix, _ = columns_of(rows)
+    scaled = matrix / np.maximum(np.sqrt(np.mean(matrix**2, axis=0)), 1e-30)
+    made, *_ = np.linalg.lstsq(scaled[:, 1:], scaled[:, 0], rcond=1e-9)
+    return float(np.sqrt(np.mean((scaled[:, 0] - scaled[:, 1:] @ made) ** 2)))
 
 
 @dataclass
@@ -356,17 +368,24 @@ def _identify(logs, effort_max, travel):
     count = max(quantum(s.q) for s in logs)
     travel = travel or 4 * count
     strokes, limited = _strokes(logs, travel, effort_max)
+    strokes = _without_loops(logs, strokes)
     rows = rows_of(logs, strokes, WINDOW_PART)
     if rows is None or len(np.unique(rows.cluster)) < 2 * STROKES_MIN or any(np.sum(rows.way == way) < 10 for way in (1, -1)):
         _refuse("few loads", "the strokes have too few rows in which the joint slides evenly: record at a higher rate, or move it more slowly and further")
     shape = shape_of(rows)
-    others = [other for other in (rows_of(logs, strokes, 2 * WINDOW_PART), rows.only(np.abs(rows.v) > 0.35 * np.max(np.abs(rows.v)))) if other is not None and len(other.u) > 40]
-    fit, load, left, (friction, viscous, slope) = _estimates(rows, others, shape)
+    alone = alone_of(rows)
+    if alone < ALONE:
+        _refuse_loop()
+    half = rows_of(logs, strokes, WINDOW_PART / 2) if alone < ALONE_FULL else None  # it tells what the window does to a friction that is hard to tell
+    others = [other for other in (rows_of(logs, strokes, 2 * WINDOW_PART), half, rows.only(np.abs(rows.v) > 0.35 * np.max(np.abs(rows.v)))) if other is not None and len(other.u) > 40]
+    fit, load, left, (friction, viscous, slope) = _estimates(rows, others, shape, alone)
     if slope is not None and not (slope.half < TOLD and slope.is_sure):
         shape = replace(shape, load=None, hidden=abs(slope.value) + slope.half)
-        fit, load, left, (friction, viscous, slope) = _estimates(rows, others, shape)
+        fit, load, left, (friction, viscous, slope) = _estimates(rows, others, shape, alone)
     level = friction.value + (slope.value * load if slope else 0.0)
     _judge(friction, level, left, max(float(np.std(np.diff(s.u))) for s in logs))
+    if viscous.value + viscous.half < 0 and viscous.value * np.max(np.abs(rows.v)) < DAMPED * abs(level):
+        _refuse_loop()
     frames = frames_of(rows)
 
     def fit_at(number, q):
@@ -380,14 +399,31 @@ def _identify(logs, effort_max, travel):
                  (rows.v, rows.way * (rows.u - fit.loads[0])))
 
 
-def _estimates(rows, others, shape):
+def _without_loops(logs, strokes):
+    """Leaves out the strokes of logs that show their position loop alone, if there are others."""
+    rows, loops = rows_of(logs, strokes, WINDOW_PART), set()
+    for number in np.unique(rows.log) if rows is not None else ():
+        mine = rows.only(rows.log == number)
+        ways = [len(np.unique(mine.cluster[mine.way == way])) for way in (1, -1)]
+        if min(ways) >= STROKES_MIN and alone_of(mine) < ALONE:
+            loops.add(number)
+    kept = [stroke for stroke in strokes if stroke.log not in loops]
+    return kept if any(sum(stroke.way == way for stroke in kept) >= STROKES_MIN for way in (1, -1)) else strokes
+
+
+def _refuse_loop():
+    _refuse("loop", "these logs show your position loop rather than the joint: in steps between the same positions its output goes with position and speed as that of a spring and a damper, and "
+                     "friction is no different. Record a sine as well, and keep the steps: the same friction must then explain both")
+
+
+def _estimates(rows, others, shape, alone):
     """Returns the fit, the mean load, the residual, and (friction, viscous, slope or None) with their intervals."""
     fit, others = fitted(rows, shape), [fitted(other, shape) for other in others]
     left, load = float(np.sqrt(np.mean(fit.left**2))), float(np.mean(np.abs(fit.loads[shape.load or 0])))
     floor = float(np.hypot(LEFT_PART * left, LAW * fit.values[0]))
     viscous = with_interval(1, fit, others, 2 * floor / float(np.max(np.abs(rows.v))))
     slope = None if shape.load is None else with_interval(2, fit, others, floor / load)
-    return fit, load, left, (with_interval(0, fit, others, floor), viscous, slope)
+    return fit, load, left, (with_interval(0, fit, others, floor * max(1.0, ALONE_FULL / alone)), viscous, slope)
 
 
 def _judge(friction, level, left, jumps):
