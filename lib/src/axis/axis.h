@@ -1,6 +1,7 @@
 // A force axis. This text serves both arithmetics and is included by axis_f32.c and axis_q31.c, after the functions
 // that differ.
 
+#include "../loop/method.h"
 #include "axis_config.h"
 
 #define axis_init    NAME(axis, init)
@@ -85,34 +86,25 @@ static tribo_status_t start(axis_t *axis, const tribo_axis_f32_config_t *config,
     return status;
 }
 
-/// The tick of the loop for one method with a memory and a guard of its own, which loop/step.h has for every method.
-/// The first half: counts a bad input, takes over new params, and calls the feed-forward and the guard. Returns the
-/// controller's error.
+/// The first half of a tick, which loop/begin.h does for any method and guard: takes over new params, and calls the
+/// feed-forward and the guard. Returns the controller's error.
 static force_t begin(axis_t *axis, force_t r, force_t y, loop_functions_t *functions)
 {
-    const loop_params_t *const params      = &axis->active->loop;
-    const loop_tick_t *const   tick        = &axis->feedforward.tick;
-    const bool                 is_bad      = beyond(r, params->OF(input_max)) || beyond(y, params->OF(input_max));
-    uint32_t                   not_counted = 0;
-    force_t                    e           = 0; // of a bad input: u coasts on the controller's state
+    const loop_params_t *const params    = &axis->active->loop;
+    const loop_tick_t *const   tick      = &axis->feedforward.tick;
+    uint32_t                   saturated = 0; // not counted
+    force_t                    e         = loop_checked_error(params, &axis->bad_inputs, &saturated, r, y);
     NAME(feedforward, method)(functions);
-    if (is_bad)
-    {
-        count_one(&axis->bad_inputs);
-    }
-    else
-    {
-        e = loop_error(&not_counted, r, y);
-    }
     if (axis->ran != axis->active && axis->ran != NULL)
     {
         const force_t last = tick->has_e ? tick->OF(e) : e;
         NAME(controller, change)(&axis->ran->loop.controller, &params->controller, &axis->controller, last, 0);
         functions->enter(axis_memory(axis), tick->OF(term), false);
     }
-    axis->ran = axis->active;
-    e         = functions->error(params, axis_memory(axis), r, y, axis->guard.fade);
-    (void)NAME(guard, step)(&axis->active->guard, &axis->guard, r, y, tick->OF(friction), !is_bad);
+    axis->ran       = axis->active;
+    e               = functions->error(params, axis_memory(axis), r, y, axis->guard.fade);
+    const bool good = !loop_input_is_bad(params, r, y);
+    (void)NAME(guard, step)(&axis->active->guard, &axis->guard, r, y, tick->OF(friction), good);
     return e;
 }
 
@@ -122,17 +114,11 @@ force_t axis_step(axis_t *axis, force_t r, force_t y)
     {
         return 0;
     }
-    const loop_params_t *const     params     = &axis->active->loop;
-    const loop_controller_t *const controller = &params->controller;
-    loop_functions_t               functions;
-    loop_signals_t                 signals;
-    loop_nodes_t                   nodes;
-    const force_t                  e = begin(axis, r, y, &functions);
-    const force_t last = INNER(biquad, output)(&controller->cascade, &axis->controller.cascade, e, &nodes);
-    const force_t term = functions.term(params, axis_memory(axis), loop_v(controller, last));
-    const force_t u    = loop_apply(controller, &axis->controller, e, last, term, &nodes, &signals.controller);
-    loop_rest(&signals.compensator);
-    functions.after(params, axis_memory(axis), signals.controller.OF(v), u, &signals);
+    loop_functions_t functions;
+    loop_signals_t   unseen;
+    const force_t    e = begin(axis, r, y, &functions);
+    const force_t    u =
+        loop_method_step(&axis->active->loop, &axis->controller, &functions, axis_memory(axis), 0, e, &unseen);
     LEARN_AT_ONCE(axis);
     return u;
 }
@@ -149,21 +135,15 @@ force_t axis_command(axis_t *axis, force_t v)
     {
         return 0;
     }
-    const loop_params_t *const params = &axis->active->loop;
-    loop_functions_t           functions;
-    loop_signals_t             signals;
+    loop_functions_t functions;
     NAME(feedforward, method)(&functions);
-    const force_t output = loop_credible(&axis->bad_inputs, v);
-    const force_t sum    = plus(output, functions.term(params, axis_memory(axis), output));
-    const force_t u      = within_of(sum, params->controller.OF(u_min), params->controller.OF(u_max));
-    if (u != sum)
-    {
-        count_one(&axis->controller.limited_ticks);
-    }
-    signals.controller.limited = u != sum;
-    loop_rest(&signals.compensator);
-    functions.after(params, axis_memory(axis), output, u, &signals);
-    axis->OF(excess) = minus(u, sum);
+    const force_t u = loop_method_command(&axis->active->loop,
+                                          &axis->controller,
+                                          &axis->bad_inputs,
+                                          &functions,
+                                          axis_memory(axis),
+                                          v,
+                                          &axis->OF(excess));
     LEARN_AT_ONCE(axis);
     return u;
 }

@@ -1,6 +1,8 @@
 // The first half of a tick, up to the controller's error. This text serves both arithmetics and is included after
 // loop_f32.h or loop_q31.h.
 
+#include "method.h"
+
 /// What the first half leaves to the second.
 typedef struct
 {
@@ -59,16 +61,7 @@ static inline force_t loop_begin(const loop_params_t *params,
                                  force_t              y,
                                  loop_begun_t        *begun)
 {
-    // The error is 0 for a bad input: u coasts on the controller's state.
-    force_t e = 0;
-    if (loop_input_is_bad(params, r, y))
-    {
-        count_one(&state->bad_inputs);
-    }
-    else
-    {
-        e = loop_error(loop_saturated(state), r, y);
-    }
+    force_t e = loop_checked_error(params, &state->bad_inputs, loop_saturated(state), r, y);
     if (state->active != params)
     {
         loop_change(params, state, r, y, e);

@@ -97,11 +97,11 @@ static inline force_t loop_credible(uint32_t *bad_inputs, force_t v)
 
 /// v of the caller's own controller and the method's term. A term from a corrupt memory, which may be a NaN, is counted
 /// and left out.
-static inline force_t loop_sum(loop_state_t *state, force_t v, force_t term)
+static inline force_t loop_sum(uint32_t *bad_inputs, force_t v, force_t term)
 {
     if (exceeds(term, BIQUAD_F32_OUTPUT_MAX))
     {
-        count(&state->bad_inputs);
+        count(bad_inputs);
         return v;
     }
     return v + term;

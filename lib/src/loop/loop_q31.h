@@ -98,9 +98,9 @@ static inline force_t loop_credible(const uint32_t *bad_inputs, force_t v)
 }
 
 /// v of the caller's own controller and the method's term. Every int32_t is a valid term.
-static inline force_t loop_sum(const loop_state_t *state, force_t v, force_t term)
+static inline force_t loop_sum(const uint32_t *bad_inputs, force_t v, force_t term)
 {
-    (void)state;
+    (void)bad_inputs;
     return plus(v, term);
 }
 

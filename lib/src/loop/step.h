@@ -41,44 +41,26 @@ tribo_status_t loop_start(loop_state_t *state, const loop_params_t *params, bool
 
 force_t loop_step(const loop_params_t *params, loop_state_t *state, force_t r, force_t y, loop_signals_t *signals)
 {
-    const loop_method_t *const method = params->method; // null means the paper's method
-    loop_signals_t             unseen;
-    loop_signals_t *const      seen = signals != NULL ? signals : &unseen; // cppcheck-suppress uninitvar
+    loop_signals_t        unseen;
+    loop_signals_t *const seen = signals != NULL ? signals : &unseen; // cppcheck-suppress uninitvar
 
     loop_begun_t  begun;
-    const force_t e = loop_begin(params, state, r, y, &begun);
-    seen->OF(e)     = e;
-
-    // The controller, and what is added to its output v.
-    const loop_controller_t *const controller = &params->controller;
-    loop_nodes_t                   nodes;
-    const force_t last = INNER(biquad, output)(&controller->cascade, &state->controller.cascade, e, &nodes);
-    force_t       term = 0;
-    if (method == NULL)
+    const bool    is_paper = params->method == NULL;
+    const force_t e        = loop_begin(params, state, r, y, &begun);
+    const force_t alone    = is_paper ? loop_term(params, begun.friction, loop_saturated(state)) : 0;
+    seen->OF(e)            = e;
+    const force_t u = loop_method_step(params, &state->controller, &begun.functions, begun.memory, alone, e, seen);
+    if (is_paper) // computes the friction of this tick; a method has taken what it needs
     {
-        term = loop_term(params, begun.friction, loop_saturated(state));
-    }
-    else if (begun.memory != NULL)
-    {
-        term = begun.functions.term(params, begun.memory, loop_v(controller, last));
-    }
-    const force_t u         = loop_apply(controller, &state->controller, e, last, term, &nodes, &seen->controller);
-    seen->OF(friction_term) = term;
-
-    // The paper's method computes the friction of this tick. Another method takes what it needs from the tick.
-    if (state->active != params)
-    {
-        loop_change_friction(params, state, e, u);
-    }
-    if (method == NULL)
-    {
+        if (state->active != params)
+        {
+            loop_change_friction(params, state, e, u);
+        }
         state->OF(friction) = compensator_tick(&params->compensator, &state->compensator, u, &seen->compensator);
-        return u;
     }
-    loop_rest(&seen->compensator);
-    if (begun.memory != NULL)
+    else if (begun.memory == NULL)
     {
-        begun.functions.after(params, begun.memory, seen->controller.OF(v), u, seen);
+        loop_rest(&seen->compensator);
     }
     return u;
 }
