@@ -102,7 +102,7 @@ def _config(x: dict[str, Any]) -> tuple[object, ...]:
 class Axis:
     """A force axis: loop, feed-forward and guard. Breakaway is offset_N + slope |F|; negative values that are left out equal the positive ones.
 
-    >>> axis = Axis(sample_time_s=1e-3, u_min_N=-2, u_max_N=2, offset_N=0.007, slope=0.3, actuator_pole_rad_per_s=200, sensor_pole_rad_per_s=55, kp=1.9, ki_per_s=110)
+    >>> axis = Axis(sample_time_s=1e-3, u_min_N=-2, u_max_N=2, offset_N=0.007, slope=0.3, actuator_pole_rad_per_s=200, sensor_pole_rad_per_s=55, kp=1, ki_per_s=56)
     >>> -2 <= axis.step(0.5, 0.0) <= 2
     True
 

@@ -16,7 +16,7 @@ void setup()
     config.positive                            = {0.07f, 0.3f}; // breakaway: N, and N per N of load; within a factor of 3
     config.feedforward.actuator_pole_rad_per_s = 200.0f;
     config.feedforward.sensor_pole_rad_per_s   = 55.0f;
-    config.controller                          = tribo_pi(1.9f, 110.0f); // tuned without friction
+    config.controller                          = tribo_pi(1.0f, 56.0f); // tuned without friction
     const tribo_status_t status                = tribo_axis_f32_init(&axis, &config);
     if (status != TRIBO_OK)
     {

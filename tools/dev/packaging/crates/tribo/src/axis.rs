@@ -176,7 +176,7 @@ axis!(
     ///     positive: Breakaway { offset_n: 0.007, slope: 0.3 },
     ///     actuator_pole_rad_per_s: 200.0,
     ///     sensor_pole_rad_per_s: 55.0,
-    ///     controller: pi(1.9, 110.0),
+    ///     controller: pi(1.0, 56.0),
     ///     ..Default::default()
     /// };
     /// let mut axis = AxisQ31::new(&config, 8.0)?; // i32::MAX is 8 N

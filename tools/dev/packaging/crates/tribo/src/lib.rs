@@ -9,7 +9,7 @@
 //!     positive: Breakaway { offset_n: 0.007, slope: 0.3 },
 //!     actuator_pole_rad_per_s: 200.0,
 //!     sensor_pole_rad_per_s: 55.0,
-//!     controller: pi(1.9, 110.0),
+//!     controller: pi(1.0, 56.0),
 //!     ..Default::default()
 //! })?;
 //! let u = axis.step(0.5, 0.48); // a reference and a reading in N, every millisecond
