@@ -145,8 +145,10 @@ typedef struct
     float    mean[2];    ///< mean effort against the motion in the last counted slides, negative and positive
     uint32_t ticks;
     int8_t   side;
-    uint8_t  follows; ///< q_ref has differed from q
-    uint8_t  has[2];  ///< there is a mean for that direction
+    uint8_t  follows;                ///< q_ref has differed from q
+    uint8_t  has[2];                 ///< there is a mean for that direction
+    uint8_t  ended;                  ///< in the last tick
+    float    fast_travel, fast_work; ///< of that slide, beyond the knee; 0: hardly any
 } tribo_joint_f32_slide_t;
 
 struct tribo_joint_f32

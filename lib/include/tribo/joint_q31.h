@@ -52,7 +52,8 @@ typedef struct
     int32_t  peak, knee, mean[2];
     uint32_t ticks;
     int8_t   side;
-    uint8_t  follows, has[2];
+    uint8_t  follows, has[2], ended;
+    int64_t  fast_travel, fast_work;
 } tribo_joint_q31_slide_t;
 
 /// tribo_joint_f32 explains the members.

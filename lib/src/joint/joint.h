@@ -136,25 +136,46 @@ static void learn(joint_t *x)
     x->spread += (size_of(error) - x->spread) / 4;
 }
 
-/// Returns the mean effort against the motion over a slide. The travel back within the play is added, because friction
-/// acts there as well. From zero to the knee the mean speed is two thirds of the knee, and beyond it about 1.7 knees, so
-/// viscous friction is extrapolated to zero speed. Friction that falls with speed is not.
-static force_t slide_mean(const joint_slide_t *slide, way_t half)
+/// Takes the mean effort against the motion over the slow part of a slide, or over all of it if that part is short, and
+/// keeps the fast part for the next tick. The travel back within the play is added, because friction acts there as well.
+static void take_mean(joint_slide_t *slide, way_t half)
 {
-    const long_t slow = slide->side > 0 ? slide->slow_travel : -slide->slow_travel;
-    const long_t all  = slide->side > 0 ? slide->travel : -slide->travel;
+    const bool   is_up = slide->side > 0;
+    const long_t slow  = is_up ? slide->slow_travel : -slide->slow_travel;
+    const long_t all   = is_up ? slide->travel : -slide->travel;
+    slide->fast_travel = 0;
     if (slow < JOINT_SLOW_MIN * (long_t)half)
     {
-        return mean_effort(slide->work, all + 4 * (long_t)half);
+        slide->mean[is_up] = mean_effort(slide->work, all + 4 * (long_t)half);
+        return;
     }
-    const force_t mean = mean_effort(slide->slow_work, slow + 4 * (long_t)half);
-    if (slide->peak / 3 <= slide->knee / 2) // hardly a fast part
+    slide->mean[is_up] = mean_effort(slide->slow_work, slow + 4 * (long_t)half);
+    if (slide->peak > slide->knee + slide->knee / 2)
     {
-        return mean;
+        slide->fast_travel = all - slow;
+        slide->fast_work   = slide->work - slide->slow_work;
     }
-    const force_t fast = mean_effort(slide->work - slide->slow_work, all - slow);
-    const force_t rise = minus(fast, mean + mean / JOINT_VISCOUS_MIN);
-    return minus(mean, within_of(rise / 5 * JOINT_VISCOUS, 0, size_of(mean) / 4 * 3));
+}
+
+/// The tick after a slide, because two divisions in one tick are too many without an FPU. From zero to the knee the mean
+/// speed is two thirds of the knee, and beyond it about 1.7 knees, so viscous friction is extrapolated to zero speed.
+/// Friction that falls with speed is not.
+static void finish_slide(joint_t *x)
+{
+    joint_slide_t *const slide = &x->slide;
+    force_t *const       mean  = &slide->mean[slide->side < 0]; // the motion has turned since
+
+    slide->ended = 0;
+    if (slide->fast_travel > 0)
+    {
+        const force_t fast = mean_effort(slide->fast_work, slide->fast_travel);
+        const force_t rise = minus(fast, *mean + *mean / JOINT_VISCOUS_MIN);
+        *mean              = minus(*mean, within_of(rise / 8 * JOINT_VISCOUS, 0, size_of(*mean) / 4 * 3));
+    }
+    if (slide->has[0] != 0u && slide->has[1] != 0u)
+    {
+        learn(x);
+    }
 }
 
 /// Ends a slide. It counts if it is long enough and if q_ref asked for it. A sticking joint starts long after q_ref, so
@@ -168,13 +189,10 @@ static void end_slide(joint_t *x)
     const bool   is_sound = slide->ticks < JOINT_TICKS_MAX && travel >= JOINT_SLIDE_MIN * (long_t)x->params.half;
     if (is_sound && slide->follows != 0u && slide->asked[is_up] >= travel / 2)
     {
-        slide->mean[is_up] = slide_mean(slide, x->params.half);
-        slide->has[is_up]  = 1;
-        slide->knee        = slide->peak / 2;
-        if (slide->has[0] != 0u && slide->has[1] != 0u)
-        {
-            learn(x);
-        }
+        take_mean(slide, x->params.half);
+        slide->has[is_up] = 1;
+        slide->ended      = 1;
+        slide->knee       = slide->peak / 2;
     }
     slide->ticks        = 0;
     slide->follows      = 0;
@@ -193,6 +211,10 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
     joint_slide_t *const        slide  = &x->slide;
     const joint_params_t *const params = &x->params;
 
+    if (slide->ended != 0u)
+    {
+        finish_slide(x);
+    }
     slide->moved      = way_track(slide->moved, measured, params->observer_part);
     slide->effort     = force_track(slide->effort, minus(x->lagged, x->load), params->observer_part);
     const int8_t side = push(&slide->slack, slide->moved, params->half);
