@@ -192,7 +192,7 @@ class Axis:
 
     def report(self) -> AxisReport:
         """Returns the learned values, and warnings as text."""
-        x = ffi.new("double[12]")
+        x = ffi.new("double[13]")
         lib.native_axis_report(self._axis, x)
         warnings = []
         while (warning := lib.native_axis_warning(self._axis)) != ffi.NULL:

@@ -433,6 +433,11 @@ static int watch(link_bus_t *bus, const options_t *options)
     return status_watch(bus, &watching) ? 0 : EXIT_FAILED;
 }
 
+static bool is_network(const char *device)
+{
+    return strncmp(device, "tcp:", 4) == 0;
+}
+
 static int serve_page(link_bus_t *bus, const options_t *options)
 {
     char          unit[16], baud[16];
@@ -440,7 +445,7 @@ static int serve_page(link_bus_t *bus, const options_t *options)
                             .allow   = options->allow,
                             .rate_hz = options->watching.rate_hz,
                             .unit    = unit,
-                            .baud    = baud};
+                            .baud    = is_network(options->device) ? NULL : baud};
     (void)snprintf(unit, sizeof unit, "%d", options->unit);
     (void)snprintf(baud, sizeof baud, "%d", options->baud);
     return serve(bus, &served) ? 0 : EXIT_FAILED;
@@ -1332,8 +1337,7 @@ static bool check_given(const options_t *options)
                                  options->words[0]);
         }
     }
-    const bool is_network = options->device != NULL && strncmp(options->device, "tcp:", 4) == 0;
-    if (is_network && is_given(options, OPTION_BAUD))
+    if (options->device != NULL && is_network(options->device) && is_given(options, OPTION_BAUD))
     {
         return link_complain("--baud: %s is no serial line", options->device);
     }

@@ -272,7 +272,7 @@ static bool start_command(const server_t *server, request_t *request)
 {
     int   ends[2];
     char *arguments[WORDS_MAX + 8] = {"tribo-link", "-d", NULL, "-u", NULL, "--baud", NULL};
-    int   count                    = 7;
+    int   count                    = server->options->baud != NULL ? 7 : 5;
     arguments[2]                   = (char *)link_bus_name(server->bus);
     arguments[4]                   = (char *)server->options->unit;
     arguments[6]                   = (char *)server->options->baud;

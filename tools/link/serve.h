@@ -21,7 +21,7 @@ typedef struct
     const char *listen; ///< HOST:PORT; port 0: any free port
     const char *allow;  ///< another name of this machine; without one only loopback is served; null: none
     double      rate_hz;
-    const char *unit, *baud; ///< as the command line has them, for the commands
+    const char *unit, *baud; ///< as the command line has them, for the commands; baud is null on a network
 } serve_t;
 
 /// Serves until a signal ends it.
