@@ -56,6 +56,12 @@ static double spread(uint64_t *seed, double low, double high)
     return exp(uniform(seed, log(low), log(high)));
 }
 
+/// One of 0 to count - 1.
+static int pick(uint64_t *seed, int count)
+{
+    return (int)uniform(seed, 0.0, (double)count - 0.001);
+}
+
 /// A PI for the arm without friction: half of the lags but the largest, which the zero cancels, and up to four times slower.
 static void tune(case_t *c, uint64_t *seed)
 {
@@ -76,8 +82,8 @@ static case_t drawn(uint64_t number)
     }
     case_t                  c = {.force = spread(&seed, 0.1, 500.0), .h_s = 1.0 / spread(&seed, 500.0, 10000.0)};
     foreign_plant_config_t *p = &c.plant;
-    c.wave                    = (wave_t)uniform(&seed, 0.0, WAVES - 0.001);
-    p->law                    = (foreign_law_t)uniform(&seed, 0.0, FOREIGN_LAWS - 0.001);
+    c.wave                    = (wave_t)pick(&seed, WAVES);
+    p->law                    = (foreign_law_t)pick(&seed, FOREIGN_LAWS);
     p->actuator_pole          = spread(&seed, 100.0, 2000.0);
     p->sensor_pole            = spread(&seed, 40.0, 600.0);
     const double damping      = spread(&seed, 0.0005, 0.008);
