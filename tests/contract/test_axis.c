@@ -348,6 +348,9 @@ static void test_what_compensation_saves_is_not_exaggerated(void)
     axis.feedforward.learner.left = 1; // friction is fed back
     TRIBO(axis, report)(&axis, &report);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, report.times_less);
+    TRIBO(axis, restore)(&axis); // judges anew
+    TRIBO(axis, report)(&axis, &report);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, report.times_less);
 }
 
 static void test_friction_is_gone_and_its_interval_holds_it(void)

@@ -437,6 +437,27 @@ static void begin_without_term(void)
     TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, gain)(&joint, 0.0f));
 }
 
+/// Slides of a fast part between two slow ones. The rise of effort from 0.2 to 0.4 beyond an eighth is extrapolated to rest. What a slide
+/// has had must not be taken out of later slow ones.
+static void test_the_rise_of_a_fast_part_is_extrapolated_to_rest(void)
+{
+    begin_without_term();
+    double q = 0.0;
+    for (int i = 0; i < 41; i++)
+    {
+        const double way = i % 2 == 0 ? 1.0 : -1.0;
+        for (int tick = 0; tick < 600; tick++)
+        {
+            const bool is_fast = tick >= 150 && tick < 450;
+            q += way * (is_fast ? 1.5 : 0.5);
+            (void)step(way * (is_fast ? 0.4 : 0.2), q + way, q);
+        }
+    }
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.2f - 0.625f * (0.4f - 1.125f * 0.2f), report().friction);
+    slides(41, 400.0, 0.5, 0.2);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.2f, report().friction);
+}
+
 static void test_a_jump_or_a_slide_that_is_too_long_teaches_nothing(void)
 {
     begin_without_term();
@@ -873,6 +894,7 @@ int main(void)
     RUN_TEST(test_a_bad_input_is_counted_and_changes_nothing);
     RUN_TEST(test_a_hand_that_leads_teaches_nothing);
     RUN_TEST(test_a_motion_that_q_ref_did_not_ask_for_teaches_nothing);
+    RUN_TEST(test_the_rise_of_a_fast_part_is_extrapolated_to_rest);
     RUN_TEST(test_a_jump_or_a_slide_that_is_too_long_teaches_nothing);
     RUN_TEST(test_a_joint_that_sticks_while_q_ref_goes_most_of_its_way_learns);
     RUN_TEST(test_a_long_travel_is_not_requested_twice);
