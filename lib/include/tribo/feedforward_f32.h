@@ -60,12 +60,10 @@ typedef struct
 /// What was learned about one direction, for both arithmetics.
 typedef struct
 {
-    float L_n;               ///< breakaway at the requested force: V_0 L, and the friction that does not reverse
-    float relative_variance; ///< variance of L in this direction, divided by the prior variance
-    float travel_n;   ///< travel learned from, in both directions; without a sensor widths of motion times reversal_n
-    float times_less; ///< factor by which compensation reduces the controller's work at a reversal, 0.25 to 100; 0: not
-                      ///< known, because no reversal was judged or friction is fed back
-    bool     at_bound;       ///< learning has hit its limit, 0.2 or 3 times the configured value
+    float    L_n;               ///< breakaway at the requested force: V_0 L, and the friction that does not reverse
+    float    relative_variance; ///< variance of L in this direction, divided by the prior variance
+    float    travel_n; ///< travel learned from, in both directions; without a sensor widths of motion times reversal_n
+    bool     at_bound; ///< learning has hit its limit, 0.2 or 3 times the configured value
     bool     stays_at_bound; ///< at four consecutive reversals; latched until a restore or a start
     bool     harms;          ///< feed-forward cost more effort than it saved, so friction is fed back; latched, too
     uint32_t late;           ///< number of samples whose result was late

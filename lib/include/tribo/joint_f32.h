@@ -9,9 +9,9 @@
 ///     u = tribo_joint_f32_step(&joint, my_loop(q_ref, q), q_ref, q); // every tick
 ///
 /// Your loop may control position, velocity or impedance, or hold the joint against gravity. `q_ref` is the position
-/// that the loop wants, `q` the measured one, both in radians, counts or metres. If positions begin
-/// anew after a turn, set `wrap`; without it count turns. (In Q31 they may wrap at 32 bits.) For a velocity loop q_ref is the integral of its reference. Where a
-/// hand leads the joint, pass q as q_ref. Effort is the output of your loop in N m, N or A.
+/// that the loop wants, `q` the measured one, both in radians, counts or metres. If positions begin anew after a turn,
+/// set `wrap`; without it count turns. (In Q31 they may wrap at 32 bits.) For a velocity loop q_ref is the integral of
+/// its reference. Where a hand leads the joint, pass q as q_ref. Effort is the output of your loop in N m, N or A.
 ///
 /// Direction. While q_ref moves, the term opposes the friction of that motion. While q_ref rests and the joint is off
 /// by two `travel` or more, the term points back to q_ref. From the second change of direction on, each change halves

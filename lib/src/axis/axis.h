@@ -166,7 +166,6 @@ void axis_report(const axis_t *axis, tribo_axis_report_t *report)
         learned = axis_learned(axis, direction);
         tribo_axis_report_direction(report, direction, &learned, axis->active->breakaway_n);
     }
-    report->times_less    = learned.times_less;
     report->share         = axis_share(axis);
     report->bad_inputs    = axis->bad_inputs;
     report->limited_ticks = axis->controller.limited_ticks;

@@ -243,6 +243,7 @@ void tribo_axis_report_far(tribo_axis_report_t                *report,
 {
     const uint32_t guard      = report->warnings & (WARN_HUNTING | WARN_OVERSHOOT);
     const bool     is_settled = learner->P[0] <= SETTLED;
+    report->times_less        = tribo_learner_times_less(learner);
     if (is_far_below)
     {
         report->breakaway_factor = FAR_BELOW;
@@ -275,32 +276,27 @@ const char *tribo_axis_warning(uint32_t *warnings)
     case WARN_LIMITED:
         return "limited_ticks: u was at u_min_n or u_max_n";
     case WARN_TOO_SMALL:
-        return "breakaway: friction is 3 times the configured one or more, or gravity_n lacks a load: configure 3 "
-               "times the "
-               "breakaway, or the load, and initialise the axis again";
+        return "breakaway: friction is 3 times the configured one or more, or gravity_n lacks a load: "
+               "configure 3 times the breakaway, or the load, and initialise the axis again";
     case WARN_TOO_LARGE:
         return "breakaway: learning stays below 0.2 times the configured one: configure 0.2 times as much and "
-               "initialise the "
-               "axis again; if the breakaway is certain, noise of y or steps of r hide it";
+               "initialise the axis again; if the breakaway is certain, noise of y or steps of r hide it";
     case WARN_LONG:
-        return "presliding: friction builds up over a longer travel than configured: double presliding_n (0 stands for "
-               "1/11 "
-               "of the breakaway) and initialise the axis again";
+        return "presliding: friction builds up over a longer travel than configured: double presliding_n "
+               "(0 stands for 1/11 of the breakaway) and initialise the axis again";
     case WARN_SHORT:
-        return "presliding: friction builds up over a shorter travel than configured: halve presliding_n (0 stands for "
-               "1/11 "
-               "of the breakaway) and initialise the axis again";
+        return "presliding: friction builds up over a shorter travel than configured: halve presliding_n "
+               "(0 stands for 1/11 of the breakaway) and initialise the axis again";
     case WARN_HARMS:
         return "friction fed forward cost the controller more than it saved, and was fed back";
     case WARN_HUNTING:
-        return "guard: friction faded, it reversed quickly and drove the force against the reference: do what a "
-               "warning of breakaway "
-               "or presliding says; without one configure breakaway_n of the report or lower the gain of the "
-               "controller";
+        return "guard: friction faded, it reversed quickly and drove the force against the reference: "
+               "do what a warning of breakaway or presliding says; "
+               "without one configure breakaway_n of the report or lower the gain of the controller";
     case WARN_OVERSHOOT:
-        return "guard: friction faded, the force overshot its reversals again and again: do what a warning of "
-               "breakaway or presliding "
-               "says; without one configure breakaway_n of the report or lower the gain of the controller";
+        return "guard: friction faded, the force overshot its reversals again and again: "
+               "do what a warning of breakaway or presliding says; "
+               "without one configure breakaway_n of the report or lower the gain of the controller";
     case WARN_FORGOTTEN:
         return "forgotten: corrupt memory was found and reset, or a tick's first half was called without its second";
     case WARN_LATE:

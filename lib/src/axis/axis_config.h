@@ -43,7 +43,7 @@ void tribo_axis_report_warn(tribo_axis_report_t               *report,
                             const tribo_feedforward_learned_t *learned,
                             tribo_guard_cause_t                cause);
 
-/// Completes a report by breakaway_factor and the warnings of a wrong breakaway or presliding. `is_far_below` and
+/// Completes a report by times_less, breakaway_factor and the warnings of a wrong breakaway or presliding. `is_far_below` and
 /// `stays_at_bound` are latched.
 void tribo_axis_report_far(tribo_axis_report_t                *report,
                            const tribo_feedforward_learning_t *learning,

@@ -400,8 +400,24 @@ static float relative_variance(const tribo_feedforward_learning_t *p,
     return limit_f32(variance / prior, 0.0f, 1.0f);
 }
 
-/// 1/xi, limited to 100. 0 while it is not known.
-static float times_less(const tribo_feedforward_learner_t *x)
+tribo_feedforward_learned_t tribo_learner_readout(const tribo_feedforward_learning_t *p,
+                                                  const tribo_feedforward_learner_t  *x,
+                                                  const learner_place_t              *place)
+{
+    const float V    = tribo_learner_sliding(p, x);
+    const float load = place->sign * (place->load_n + tribo_learner_load(p, x, place->force_n));
+    const float L    = V * place->L_n + load; // reported as 5 % of friction at least: a load may exceed friction
+    return (tribo_feedforward_learned_t){.L_n               = L > 0.05f * V * place->L_n ? L : 0.05f * V * place->L_n,
+                                         .relative_variance = relative_variance(p, x, place),
+                                         .travel_n          = x->travel_n,
+                                         .at_bound          = is_at_bound(V),
+                                         .stays_at_bound    = x->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS,
+                                         .harms             = x->harms != 0u,
+                                         .late              = place->late,
+                                         .forgotten         = place->forgotten + x->forgotten};
+}
+
+float tribo_learner_times_less(const tribo_feedforward_learner_t *x)
 {
     if (x->judged == 0u || x->left > 0u)
     {
@@ -414,24 +430,6 @@ static float times_less(const tribo_feedforward_learner_t *x)
     }
     const float mean = x->ratio / (1.0f - missing);
     return 1.0f / (mean > RATIO_SEEN ? mean : RATIO_SEEN);
-}
-
-tribo_feedforward_learned_t tribo_learner_readout(const tribo_feedforward_learning_t *p,
-                                                  const tribo_feedforward_learner_t  *x,
-                                                  const learner_place_t              *place)
-{
-    const float V    = tribo_learner_sliding(p, x);
-    const float load = place->sign * (place->load_n + tribo_learner_load(p, x, place->force_n));
-    const float L    = V * place->L_n + load; // reported as 5 % of friction at least: a load may exceed friction
-    return (tribo_feedforward_learned_t){.L_n               = L > 0.05f * V * place->L_n ? L : 0.05f * V * place->L_n,
-                                         .relative_variance = relative_variance(p, x, place),
-                                         .travel_n          = x->travel_n,
-                                         .times_less        = times_less(x),
-                                         .at_bound          = is_at_bound(V),
-                                         .stays_at_bound    = x->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS,
-                                         .harms             = x->harms != 0u,
-                                         .late              = place->late,
-                                         .forgotten         = place->forgotten + x->forgotten};
 }
 
 void tribo_learner_restore(tribo_feedforward_learner_t *x)

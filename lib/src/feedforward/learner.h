@@ -63,6 +63,10 @@ tribo_feedforward_learned_t tribo_learner_readout(const tribo_feedforward_learni
                                                   const tribo_feedforward_learner_t  *x,
                                                   const learner_place_t              *place);
 
+/// 1/xi, the factor by which friction fed forward reduces the controller's work at a reversal, up to 100. 0 while it is
+/// not known. Not for the tick.
+float tribo_learner_times_less(const tribo_feedforward_learner_t *x);
+
 /// Does the learner's part of tribo_feedforward_f32_restore: unlatches at_bound and harms, and ends feedback of
 /// friction.
 void tribo_learner_restore(tribo_feedforward_learner_t *x);

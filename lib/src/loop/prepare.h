@@ -23,8 +23,10 @@ typedef tribo_status_t(tribo_controller_f32_make_t)(tribo_controller_f32_params_
 /// Makes any controller, with all of the checks of tribo_force_loop_f32_init.
 tribo_controller_f32_make_t tribo_force_loop_f32_make_sections;
 
-/// Does what tribo_force_loop_f32_prepare does, for a config that names a method, without linking the paper's. Of the compensator's params it sets
-/// the breakaway and gravity, which other methods read; it does not check the arm. `params` may be written in any case.
+/// Does what tribo_force_loop_f32_prepare does, for a config that names a method, without linking the paper's. Of the
+/// compensator's params it sets the breakaway and gravity, which other methods read; it does not check the arm. `params`
+/// may be written in any case. It checks sections itself, because a pointer to a function of another source, as
+/// tribo_force_loop_f32_init_method takes, needs an absolute address.
 tribo_status_t tribo_force_loop_f32_prepare_method(tribo_force_loop_f32_params_t       *params,
                                                    const tribo_force_loop_f32_config_t *config,
                                                    tribo_controller_f32_config_t       *controller,
