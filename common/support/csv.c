@@ -114,9 +114,24 @@ static bool is_taken(const reader_t *reader, size_t number)
     return false;
 }
 
-/// Reports a missing column, with the nearest name and all names of the file.
-static bool complain_of_missing(const reader_t *reader, const char *name)
+/// Returns the first column that is required and has neither a field nor a stand-in; null if there is none.
+static const common_csv_column_t *find_missing(const reader_t *reader)
 {
+    for (size_t i = 0; i < reader->count; i++)
+    {
+        const common_csv_column_t *column = &reader->columns[i];
+        if (!column->optional && reader->place[i] == 0 && (column->or_else == 0 || reader->place[column->or_else] == 0))
+        {
+            return column;
+        }
+    }
+    return NULL;
+}
+
+/// Reports a missing column, with the nearest name and all names of the file.
+static bool complain_of_missing(const reader_t *reader, const common_csv_column_t *column)
+{
+    const char *const  name               = column->name;
     char               names[NAMES_SHOWN] = "", nearest[NAME_MAX_SHOWN] = "";
     size_t             used = 0, best = common_text_too_far(name);
     common_csv_field_t field = {.is_last = false};
@@ -138,7 +153,8 @@ static bool complain_of_missing(const reader_t *reader, const char *name)
         }
     }
     return common_error_set(reader->error,
-                            "%s:%zu:1: no column is named %s%s%s%s; %s %s",
+                            "%s%s:%zu:1: no column is named %s%s%s%s; %s %s",
+                            column->why != NULL ? column->why : "",
                             reader->name,
                             reader->line,
                             name,
@@ -222,21 +238,16 @@ static bool read_header(common_csv_t *csv, reader_t *reader)
             }
         }
     }
-    for (size_t i = 0; i < reader->count; i++)
+    const common_csv_column_t *missing = find_missing(reader);
+    if (missing == NULL || reader->is_log)
     {
-        if (reader->place[i] == 0 && !reader->columns[i].optional)
-        {
-            return reader->is_log
-                       ? complain_of_missing(reader, reader->columns[i].name)
-                       : common_error_set(
-                             reader->error,
-                             "%s:1:1: no column is named %s%s",
-                             reader->name,
-                             reader->columns[i].name,
-                             reader->fields == 1 ? "; columns must be separated by commas, and there is only one" : "");
-        }
+        return missing == NULL || complain_of_missing(reader, missing);
     }
-    return true;
+    return common_error_set(reader->error,
+                            "%s:1:1: no column is named %s%s",
+                            reader->name,
+                            missing->name,
+                            reader->fields == 1 ? "; columns must be separated by commas, and there is only one" : "");
 }
 
 /// Allocates room for as many rows as there are lines left.
@@ -552,17 +563,15 @@ static bool count_fields(reader_t *reader)
         const common_csv_column_t *spec   = &reader->columns[i];
         const size_t               number = (spec->name[0] == '#') ? strtoul(spec->name + 1, NULL, 10) : 0;
         reader->place[i]                  = (number <= reader->fields) ? number : 0;
-        if (reader->place[i] == 0 && !spec->optional)
-        {
-            return common_error_set(reader->error,
-                                    "%s:%zu:1: no header, so no column is named %s; there are #1 to #%zu",
-                                    reader->name,
-                                    reader->line,
-                                    spec->name,
-                                    reader->fields);
-        }
     }
-    return true;
+    const common_csv_column_t *missing = find_missing(reader);
+    return missing == NULL || common_error_set(reader->error,
+                                               "%s%s:%zu:1: no header, so no column is named %s; there are #1 to #%zu",
+                                               missing->why != NULL ? missing->why : "",
+                                               reader->name,
+                                               reader->line,
+                                               missing->name,
+                                               reader->fields);
 }
 
 static bool read_log(common_csv_t *csv, reader_t *reader)

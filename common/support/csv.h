@@ -29,7 +29,9 @@ typedef struct
 {
     const char *name; ///< in a recorded log, "#3" is the third column
     bool        optional;
-    double      max; ///< largest magnitude of a number; 0: COMMON_CSV_NUMBER_MAX
+    size_t      or_else; ///< number of the column that may stand in for this one; 0: none
+    const char *why;     ///< what requires it: the beginning of the message if it is missing; null: none
+    double      max;     ///< largest magnitude of a number; 0: COMMON_CSV_NUMBER_MAX
 } common_csv_column_t;
 
 typedef struct

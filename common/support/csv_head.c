@@ -58,7 +58,7 @@ static bool has_all(const char *line, char separator, const common_csv_column_t 
     size_t named = 0;
     for (size_t i = 0; i < count; i++)
     {
-        const bool is_named = !columns[i].optional && columns[i].name[0] != '#';
+        const bool is_named = !columns[i].optional && columns[i].or_else == 0 && columns[i].name[0] != '#';
         named += is_named ? 1u : 0u;
         if (is_named && !has(names_of(line), separator, columns[i].name))
         {

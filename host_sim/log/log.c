@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,7 +13,8 @@
 #define GAP       1.5  ///< a step of more intervals is a gap
 #define GAP_MAX   10.0 ///< intervals bridged by default
 #define ROWS_MAX  100000000.0
-#define BETWEEN_S 1.0 ///< time inserted between files with overlapping stamps
+#define BETWEEN_S 1.0  ///< time inserted between files with overlapping stamps
+#define WHY_SIZE  200u ///< of an option that requires a column, as a message shows it
 
 static const char *const role_words[SIM_LOG_ROLES] = {"t", "u", "F", "x", "v", "r"};
 static const char *const role_names[SIM_LOG_ROLES] = {"t_s", "u_N", "F_N", "x_deg", "w_deg_per_s", "r_N"};
@@ -49,7 +51,9 @@ static sim_log_column_t *split(sim_log_options_t *options,
     {
         if (text[0] == role_words[i][0] && text[1] == '=' && text[2] != '\0')
         {
-            *value = text + 2;
+            *value                     = text + 2;
+            options->columns[i].option = option;
+            options->columns[i].text   = text;
             return &options->columns[i];
         }
     }
@@ -67,8 +71,7 @@ bool sim_log_set_column(sim_log_options_t *options, const char *text, common_err
     }
     if (column != NULL)
     {
-        column->name                               = value;
-        options->wanted[column - options->columns] = true;
+        column->name = value;
     }
     return column != NULL;
 }
@@ -212,16 +215,24 @@ static bool read_file(sim_log_t               *log,
                       common_error_t          *error)
 {
     common_csv_column_t columns[SIM_LOG_ROLES + 1];
+    char                why[SIM_LOG_ROLES][WHY_SIZE];
     for (size_t i = 0; i < SIM_LOG_ROLES; i++)
     {
         const sim_log_column_t *column = &options->columns[i];
-        const bool required = options->wanted[i] || i == SIM_LOG_T || (i == SIM_LOG_U && !options->command_optional);
+        const bool              required =
+            column->option != NULL || i == SIM_LOG_T || (i == SIM_LOG_U && !options->command_optional);
         columns[i] =
             (common_csv_column_t){.name = column->name != NULL ? column->name : role_names[i], .optional = !required};
+        if (column->option != NULL && column->name == NULL)
+        {
+            (void)snprintf(why[i], WHY_SIZE, "--%s %s: ", column->option, column->text);
+            columns[i].why = why[i];
+        }
     }
     // A trace has the true force and that of the sensor. Take the true one if present.
-    const bool either      = options->columns[SIM_LOG_F].name == NULL;
-    columns[SIM_LOG_ROLES] = (common_csv_column_t){.name = either ? "y_N" : columns[SIM_LOG_F].name, .optional = true};
+    const bool either          = options->columns[SIM_LOG_F].name == NULL;
+    columns[SIM_LOG_F].or_else = either ? SIM_LOG_ROLES : 0;
+    columns[SIM_LOG_ROLES]     = (common_csv_column_t){.name = "y_N", .optional = true};
     if (!common_csv_read(csv, path, columns, SIM_LOG_ROLES + (either ? 1u : 0u), true, error))
     {
         return false;

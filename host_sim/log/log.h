@@ -36,12 +36,13 @@ typedef struct
     double      scale; ///< 0: 1
     double      bias;
     bool        is_torque; ///< the unit is that of a torque, so a scale is required
+    const char *option,
+        *text; ///< of the command line: the option that requires the column, for the message; null: none
 } sim_log_column_t;
 
 typedef struct
 {
     sim_log_column_t columns[SIM_LOG_ROLES];
-    bool             wanted[SIM_LOG_ROLES]; ///< the column is required; time and command always are
     bool             command_optional;
     bool             resample;
     double           gap_s;  ///< longest gap to bridge; 0: ten intervals
@@ -75,7 +76,7 @@ typedef struct
 } sim_log_t;
 
 /// Sets a column's name from "u=torque_cmd", its unit from "u=mN", its scale from "u=0.5" or "u=-", or its bias from
-/// "u=-0.1". `text` must outlive the options. Returns false with the error filled in.
+/// "u=-0.1"; each requires the column. `text` must outlive the options. Returns false with the error filled in.
 bool sim_log_set_column(sim_log_options_t *options, const char *text, common_error_t *error);
 bool sim_log_set_unit(sim_log_options_t *options, const char *text, common_error_t *error);
 bool sim_log_set_scale(sim_log_options_t *options, const char *text, common_error_t *error);

@@ -105,6 +105,30 @@ def test_a_column_for_two_roles_is_read_into_both(sim, one, other):
             assert out["F_N"] == pytest.approx([row[2] for row in rows], rel=1e-8)
 
 
+NAMES = {"F": "F_N", "x": "x_deg", "v": "w_deg_per_s", "r": "r_N"}
+
+
+@pytest.mark.parametrize("command", ["log", "replay"])
+@pytest.mark.parametrize("option", ["--scale F=2", "--scale v=-", "--bias r=0.1", "--bias F=0", "--unit F=mN", "--unit x=mm", "--unit v=rad/s"])
+def test_an_option_for_a_column_that_a_log_does_not_have_is_refused(sim, command, option):
+    name = NAMES[option.split()[1][0]]
+    sim.write("log.csv", GOOD.replace(",F_N", ",temperature"))
+    sim.fails(f"{option}: log.csv:1:1: no column is named {name}; there are t_s, u_N, temperature", command, "log.csv", *option.split())
+    sim.write("rows.csv", GOOD.split("\n", 1)[1])
+    sim.fails(f"{option}: rows.csv:1:1: no header, so no column is named {name}; there are #1 to #3",
+              command, "rows.csv", "--column", "t=#1", "--column", "u=#2", *option.split())
+    sim.write("with.csv", GOOD.replace(",F_N", f",{name}"))
+    sim.fails(f"{option}: log.csv:1:1: no column is named {name}; there are t_s, u_N, temperature", command, "with.csv", "log.csv", *option.split())
+    assert sim(command, "with.csv", *option.split()).returncode == 0
+
+
+def test_the_sensors_force_is_one(sim):
+    """For whatever needs a force."""
+    sim.write("log.csv", "# a preamble, of words\n" + GOOD.replace("F_N", "y_N"))
+    assert sim.ok("log", "log.csv", "--scale", "F=2").splitlines()[:3] == ["t_s,u_N,F_N,segment", "0,0.1,0.02,0", "0.001,0.2,0.04,0"]
+    sim.ok("replay", "log.csv", "--force", "measured")
+
+
 LONG = ["t_s,u_N,F_N", *(f"{k / 1000:.3f},{k},{2 * k}" for k in range(100))]
 BROKEN = {
     "a field too many": ("0.050,50,100,7", "log.csv:52:14: more fields than the header's 3"),

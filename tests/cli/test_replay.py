@@ -209,7 +209,8 @@ def test_jitter_of_one_percent_is_the_limit(sim, last, good):
 
 def test_measured_force_wants_its_column(sim):
     sim.write("log.csv", GOOD)
-    sim.fails("log.csv:1:1: no column is named F_N; there are t_s, u_N", "replay", "log.csv", "--force", "measured")
+    sim.fails("--force measured: log.csv:1:1: no column is named F_N; there are t_s, u_N", "replay", "log.csv", "--force", "measured")
+    sim.fails("--plot x.svg: log.csv:1:1: no column is named F_N; there are t_s, u_N", "replay", "log.csv", "--plot", "x.svg")
 
 
 def test_a_broken_force_is_an_error_even_if_it_is_not_used(sim):

@@ -2,7 +2,6 @@
 
 #include "sim/commands.h"
 #include "sim/log_options.h"
-#include "support/file.h"
 #include "support/output_file.h"
 
 #include <stdio.h>
@@ -92,17 +91,14 @@ static int run(int count, char **arguments)
 {
     options_t      options = {.out = NULL};
     common_error_t error   = {""};
-    const int      status  = sim_options_parse(&sim_command_log, count, arguments, &options, NULL);
+    int            status  = sim_options_parse(&sim_command_log, count, arguments, &options, NULL);
+    if (status == 0)
+    {
+        status = sim_log_check(&options.logs, "log", "out", options.out);
+    }
     if (status != 0)
     {
         return status;
-    }
-    for (size_t i = 0; options.out != NULL && i < options.logs.count; i++)
-    {
-        if (common_file_is_same(options.out, options.logs.paths[i]))
-        {
-            return sim_usage("log: --out %s is the same file as the log %s", options.out, options.logs.paths[i]);
-        }
     }
     options.logs.options.command_optional = true;
     return convert(&options, &error) ? SIM_EXIT_OK : sim_failure(error.text);

@@ -58,18 +58,11 @@ typedef struct
 
 static int check_result(const options_t *options, const char *option, const char *result)
 {
-    for (size_t i = 0; result != NULL && i < options->logs.count; i++)
-    {
-        if (common_file_is_same(result, options->logs.paths[i]))
-        {
-            return sim_usage("replay: --%s %s is the same file as the log %s", option, result, options->logs.paths[i]);
-        }
-    }
     if (result != NULL && options->params != NULL && common_file_is_same(result, options->params))
     {
         return sim_usage("replay: --%s %s is the same file as --params %s", option, result, options->params);
     }
-    return 0;
+    return sim_log_check(&options->logs, "replay", option, result);
 }
 
 /// A recording is irreplaceable: no result may overwrite it or the params.
@@ -521,8 +514,13 @@ static bool replay_with(const options_t   *options,
 
 static bool replay(options_t *options, common_error_t *error)
 {
-    sim_log_t log;
-    options->logs.options.wanted[SIM_LOG_F] |= options->measured || options->plot != NULL;
+    sim_log_t         log;
+    sim_log_column_t *force = &options->logs.options.columns[SIM_LOG_F];
+    if (force->option == NULL && (options->measured || options->plot != NULL))
+    {
+        force->option = options->measured ? "force" : "plot";
+        force->text   = options->measured ? "measured" : options->plot;
+    }
     if (!common_output_check(options->out, error) || !common_output_check(options->plot, error) ||
         !sim_log_read(&log, options->logs.paths, options->logs.count, &options->logs.options, error))
     {

@@ -1,6 +1,7 @@
 #include "sim/log_options.h"
 
 #include "sim/commands.h"
+#include "support/file.h"
 #include "support/number.h"
 
 #include <stdio.h>
@@ -46,6 +47,26 @@ int sim_log_take(sim_log_arguments_t *arguments, int key, const char *value)
     default:
         return -1;
     }
+}
+
+int sim_log_check(const sim_log_arguments_t *arguments, const char *command, const char *option, const char *result)
+{
+    if (arguments->options.gap_s > 0.0 && !arguments->options.resample)
+    {
+        return sim_usage("%s: --gap needs --resample", command);
+    }
+    for (size_t i = 0; result != NULL && i < arguments->count; i++)
+    {
+        if (common_file_is_same(result, arguments->paths[i]))
+        {
+            return sim_usage("%s: --%s %s is the same file as the log %s",
+                             command,
+                             option,
+                             result,
+                             arguments->paths[i]);
+        }
+    }
+    return 0;
 }
 
 void sim_log_report(const sim_log_t *log, const char *path)

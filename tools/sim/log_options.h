@@ -37,6 +37,9 @@ typedef struct
 /// Takes one of SIM_LOG_OPTIONS, or a path for SIM_OPTION_ARGUMENT. Returns 0 or the exit status; negative for other options.
 int sim_log_take(sim_log_arguments_t *arguments, int key, const char *value);
 
+/// Refuses --gap without --resample, and a result that would take the place of a log. Returns 0 or the exit status.
+int sim_log_check(const sim_log_arguments_t *arguments, const char *command, const char *option, const char *result);
+
 /// Reports repairs of the log on stderr.
 void sim_log_report(const sim_log_t *log, const char *path);
 

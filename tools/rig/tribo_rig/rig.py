@@ -95,7 +95,7 @@ class Rig(Strict):
 
     def words(self):
         """The options for tribo-sim log."""
-        words = [w for role, name in self.log.columns.items() for w in ("--column", f"{role}={name}")]
+        words = [w for role, name in ({"u": "u_N"} | self.log.columns).items() for w in ("--column", f"{role}={name}")]
         words += [w for role, unit in self.log.units.items() for w in ("--unit", f"{role}={unit}")]
         words += [w for role, scale in {**self.log.scales, "u": self.log.scales.get("u", 1.0) / self.command_per_N}.items() for w in ("--scale", f"{role}={scale:.12g}")]
         return words + (["--resample"] if self.log.resample else [])
