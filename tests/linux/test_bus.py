@@ -3,6 +3,7 @@
 import contextlib
 import csv
 import fcntl
+import json
 import os
 import pathlib
 import socket
@@ -26,8 +27,10 @@ def rows_of(path):
 def test_it_waits_for_its_start_and_holds_the_reference(serve):
     served = serve()
     assert "state: 0  # idle" in served.link("status") and served.value("q31") == 0
+    assert json.loads(served.link("--json"))["state"] == 0
     served.link("start")
-    served.link("reference", 0.5)
+    assert "reference: --hold 3: drive.reference_ms is 0" in served.link("reference", 0.5, "--hold", 3, status=2) and served.value("r_N") == 0
+    served.link("reference", 0.5, "--hold", 0)
     served.pass_ticks(2000)
     assert served.value("F_N") == pytest.approx(0.5, abs=0.02)
     served.link("stop")
@@ -142,7 +145,9 @@ def test_a_wrong_place_is_found_before_a_trace_and_an_acknowledgement(serve, tmp
     ("trace --trigger fault --level 1", "trace: --level needs --trigger rise or fall"),
     ("trace --trigger reversal --level 1", "trace: --level needs --trigger rise or fall"),
     ("trace --trigger fault --watch F_N", "trace: --watch needs --trigger reversal, rise or fall"),
-    ("ports --device x", "ports has no option --device"),
+    ("ports --device x", "ports has no option --device"), ("list --device x", "list has no option --device"), ("list --markdown -u 3", "list has no option --unit"),
+    ("list --baud 9600", "list has no option --baud"), ("completion bash -d x", "completion has no option --device"), ("--unit 2 completion bash", "completion has no option --unit"),
+    ("completion bash --baud 9600", "completion has no option --baud"), ("--baud 9600 -d tcp:localhost:1", "--baud: tcp:localhost:1 is no serial line"),
     ("start now", "start takes no argument, but now was given"), ("stop x", "stop takes no argument"), ("status x", "status takes no argument"),
     ("trace x", "trace takes no argument"), ("fault x", "fault takes no argument"), ("list x", "list takes no argument"),
     ("ports x", "ports takes no argument"), ("params save x", "params save takes no argument"), ("params defaults x", "params defaults takes no argument"),
@@ -175,8 +180,8 @@ def test_output_that_cannot_be_written_is_an_error(serve, words):
     served.link("params", "set", "compensator.gain=0.3", "drive.residual_ms=40")
     words += f" {TRIANGLE}" if words == "params diff" else ""
     with open("/dev/full", "w", encoding="ascii") as full:
-        done = subprocess.run([os.environ["TRIBO_LINK"], "-d", served.line.port, *words.split()], stdout=full, stderr=subprocess.PIPE, text=True,
-                              timeout=600, check=False)
+        done = subprocess.run([os.environ["TRIBO_LINK"], *words.split()], stdout=full, stderr=subprocess.PIPE, text=True,
+                              timeout=600, check=False, env={**os.environ, "TRIBO_LINK_DEVICE": served.line.port})
     assert done.returncode == 2, done
     assert done.stderr.splitlines()[-1].startswith("tribo-link: standard output: cannot be written: No space left on device")
     assert done.stderr.count("cannot be written") == 1

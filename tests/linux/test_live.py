@@ -36,7 +36,8 @@ class Demo:
         return self.said.read_text(encoding="utf-8")
 
     def link(self, *arguments, device=None, status=0):
-        done = subprocess.run([LINK, "-d", device or self.tcp, *map(str, arguments)], capture_output=True, text=True, timeout=600, check=False)
+        done = subprocess.run([LINK, *map(str, arguments)], capture_output=True, text=True, timeout=600, check=False,
+                              env={**os.environ, "TRIBO_LINK_DEVICE": device or self.tcp})
         assert done.returncode == status, done.stdout + done.stderr
         return done.stdout + (done.stderr if status else "")
 

@@ -422,7 +422,8 @@ static int params_command(link_bus_t *bus, const options_t *options)
 
 static int show_status(link_bus_t *bus, const options_t *options)
 {
-    const bool ok = options->is_short ? status_show_short(bus) : status_show(bus, options->watching.json);
+    const bool is_json = options->watching.json;
+    const bool ok      = options->is_short && !is_json ? status_show_short(bus) : status_show(bus, is_json);
     return ok ? 0 : EXIT_FAILED;
 }
 
@@ -563,6 +564,12 @@ static bool renew_reference(link_bus_t *bus, uint32_t word, const options_t *opt
     if (!link_bus_read(bus, active_at(link_find("drive.reference_ms")), &within_ms, 1))
     {
         return false;
+    }
+    if (within_ms == 0u && options->hold_s > 0.0 && isfinite(options->hold_s))
+    {
+        return link_complain(
+            "reference: --hold %g: drive.reference_ms is 0, so this drive keeps the reference without renewal",
+            options->hold_s);
     }
     if (!link_bus_write(bus, link_find("reference")->address, &word, 1))
     {
@@ -987,7 +994,8 @@ enum
     OPTION_VERSION
 };
 
-// clang-format off: one row an option. Its text begins with its commands; without any it belongs to all.
+// clang-format off: one row an option. Its text begins with its commands; without any it belongs to all, or a drive's to all that
+// talk to one.
 static const struct argp_option known[] = {
     {.name = "device", .key = 'd', .arg = "DEVICE", .doc = "the serial line, or tcp:HOST[:PORT]; if left out, TRIBO_LINK_DEVICE or the one where a drive answers"},
     {.name = "unit", .key = 'u', .arg = "1-247", .doc = "the drive's address, 1 if left out"},
@@ -1029,10 +1037,14 @@ static bool matches(const char *text, const char *pattern, const char *word)
     return found;
 }
 
+/// Returns true if the command uses the option. `list` and `completion` talk to no drive, and `ports` looks for devices itself.
 static bool is_of(const struct argp_option *option, const char *command)
 {
-    return !matches(option->doc, "^[a-z]+(, [a-z]+)*: %s", "") ||
-           matches(option->doc, "(^|[,;] )%s(, [a-z]+)*: ", command);
+    const bool is_of_drive = option->key == 'd' || option->key == 'u' || option->key == OPTION_BAUD;
+    const bool has_no_use =
+        matches("list,completion", "(^|,)%s(,|$)", command) || (option->key == 'd' && strcmp(command, "ports") == 0);
+    return (!is_of_drive || !has_no_use) && (!matches(option->doc, "^[a-z]+(, [a-z]+)*: %s", "") ||
+                                             matches(option->doc, "(^|[,;] )%s(, [a-z]+)*: ", command));
 }
 
 /// Prints commands and options for bash to evaluate.
@@ -1298,7 +1310,7 @@ static bool check_trigger(const options_t *options)
            link_complain("trace: --after needs a --trigger");
 }
 
-/// Refuses words behind commands that take none, and a device for the command that looks for devices.
+/// Refuses words behind commands that take none.
 static bool check_words(const options_t *options)
 {
     static const char *const with_words[] = {"params", "reference", "completion"};
@@ -1315,13 +1327,9 @@ static bool check_words(const options_t *options)
                              options->words[1],
                              command);
     }
-    if (options->count > 2 && strcmp(command, "params") == 0 &&
-        (strcmp(options->words[1], "save") == 0 || strcmp(options->words[1], "defaults") == 0))
-    {
-        return link_complain("params %s takes no argument, but %s was given", options->words[1], options->words[2]);
-    }
-    return strcmp(command, "ports") != 0 || !is_given(options, 'd') ||
-           link_complain("ports has no option --device: it asks every serial line");
+    return options->count < 3 || strcmp(command, "params") != 0 ||
+           (strcmp(options->words[1], "save") != 0 && strcmp(options->words[1], "defaults") != 0) ||
+           link_complain("params %s takes no argument, but %s was given", options->words[1], options->words[2]);
 }
 
 /// Refuses options that the command would ignore.
