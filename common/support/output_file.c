@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -17,8 +18,10 @@
 
 // --- signals -------------------------------------------------------------------------------------------------------
 
-// Global because a signal handler reads it.
+// Global because a signal handler reads them.
 static char *volatile pending[COMMON_OUTPUT_FILES_MAX];
+static char *volatile made;         ///< the folder that was made for the files, until a commit; null: none
+static size_t made_from = SIZE_MAX; ///< length of the shortest part of its path that was made
 
 static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
 
@@ -26,6 +29,27 @@ static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
 
 #define NAMES_SIZE 4096u  ///< of a file's extended attributes; more count as attributes to keep
 #define COPY_SIZE  65536u ///< bytes copied at a time
+
+/// Removes the folders that were made for files that do not come, if they are empty.
+static void remove_made(void)
+{
+    char *path = made;
+    while (path != NULL && strlen(path) >= made_from)
+    {
+        (void)rmdir(path);
+        char *slash                     = strrchr(path, '/');
+        *(slash != NULL ? slash : path) = '\0';
+    }
+}
+
+/// Keeps the folders. Also forgets those that have been removed.
+static void forget_made(void)
+{
+    char *path = made;
+    made       = NULL;
+    made_from  = SIZE_MAX;
+    free(path);
+}
 
 static void remove_pending(int number)
 {
@@ -36,6 +60,7 @@ static void remove_pending(int number)
             (void)unlink(pending[i]);
         }
     }
+    remove_made();
     (void)signal(number, SIG_DFL);
     (void)raise(number);
 }
@@ -477,6 +502,10 @@ bool common_output_commit(common_output_file_t *files, size_t count, common_erro
         sigset_t before;
         block_ending(&before);
         failed = put_all_in_place(files, count);
+        if (failed == NULL)
+        {
+            forget_made();
+        }
         (void)sigprocmask(SIG_SETMASK, &before, NULL);
     }
     if (failed != NULL)
@@ -502,6 +531,7 @@ void common_output_discard(common_output_file_t *files, size_t count)
         }
         forget(&files[i]);
     }
+    remove_made();
 }
 
 bool common_output_flush(common_error_t *error)
@@ -510,21 +540,22 @@ bool common_output_flush(common_error_t *error)
     return common_output_commit(&file, 1, error);
 }
 
-/// Creates `path` and its missing parents. Changes `path` temporarily.
+/// Creates `path` and its missing parents, and notes which were made. Changes `path` temporarily.
 static bool make_folder(char *path)
 {
     struct stat info;
     char       *slash = strrchr(path, '/');
     if (mkdir(path, 0777) == 0)
     {
+        made_from = strlen(path) < made_from ? strlen(path) : made_from;
         return true;
     }
     if (errno == ENOENT && slash != NULL && slash != path)
     {
-        *slash          = '\0';
-        const bool made = make_folder(path);
-        *slash          = '/';
-        return made && (slash[1] == '\0' || mkdir(path, 0777) == 0);
+        *slash           = '\0';
+        const bool is_in = make_folder(path);
+        *slash           = '/';
+        return is_in && (slash[1] == '\0' || mkdir(path, 0777) == 0);
     }
     if (errno == EEXIST && stat(path, &info) == 0)
     {
@@ -536,12 +567,31 @@ static bool make_folder(char *path)
 
 bool common_output_folder_create(const char *path, common_error_t *error)
 {
-    char      *copy = strdup(path);
-    const bool made = copy != NULL && make_folder(copy);
-    if (!made)
+    sigset_t before;
+    if (made != NULL && strcmp(made, path) == 0)
+    {
+        return true;
+    }
+    block_ending(&before);
+    forget_made();
+    made             = strdup(path);
+    const bool is_in = made != NULL && make_folder(made);
+    if (!is_in)
     {
         (void)common_error_set(error, "%s: the folder cannot be created: %s", path, strerror(errno));
+        remove_made();
     }
-    free(copy);
-    return made;
+    (void)sigprocmask(SIG_SETMASK, &before, NULL);
+    return is_in;
+}
+
+bool common_output_folder_temporary(char *path)
+{
+    sigset_t before;
+    block_ending(&before);
+    forget_made();
+    made      = mkdtemp(path) != NULL ? strdup(path) : NULL;
+    made_from = strlen(path);
+    (void)sigprocmask(SIG_SETMASK, &before, NULL);
+    return made != NULL;
 }

@@ -54,7 +54,11 @@ void common_output_clean_on_signal(void);
 /// Flushes standard output and checks everything written to it.
 bool common_output_flush(common_error_t *error);
 
-/// Creates the folder `path` and those above it that are missing.
+/// Creates the folder `path` and those above it that are missing. A discard or a signal removes them again if they are empty; a commit
+/// keeps them.
 bool common_output_folder_create(const char *path, common_error_t *error);
+
+/// Creates a folder as mkdtemp does. A discard or a signal removes it in the same way. Returns false with errno set on failure.
+bool common_output_folder_temporary(char *path);
 
 #endif

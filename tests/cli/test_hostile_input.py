@@ -116,7 +116,7 @@ def test_a_plant_that_comes_to_no_number_is_an_error(sim):
     assert result.returncode == 1
     assert re.fullmatch(r"tribo-sim: the simulated plant diverges at t = \S+ s: plant.step_s is too long for its parameters\n",
                         result.stderr)
-    assert list((sim.folder / "d").iterdir()) == []
+    assert not (sim.folder / "d").exists()
 
 
 @pytest.mark.parametrize("column, force", [("u_N", "own"), ("F_N", "measured")])

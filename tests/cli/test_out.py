@@ -3,11 +3,13 @@
 import contextlib
 import os
 import resource
+import signal
 import stat
+import subprocess
 import threading
 
 import pytest
-from conftest import SHORT
+from conftest import SHORT, processor_s, until
 
 OLD = "old content, longer than a few bytes\n"
 ROWS = "t_s,u_N,F_N\n" + "".join(f"{k / 1000:g},{0.3 + k % 7 / 100:g},{0.2 + k % 5 / 100:g}\n" for k in range(400))
@@ -213,12 +215,48 @@ def test_a_full_disk_leaves_a_kept_file_as_it_was(sim, writes):
     assert out.read_text() == OLD
 
 
+# What was there before, and where the run writes to.
+FOLDERS = (("", "a"), ("", "a/b//c/"), ("a", "a/b/c"), ("a/b", "a/b"), ("", "{}/a/b"))
+
+
+def start_in(sim, before, out):
+    if before:
+        (sim.folder / before).mkdir(parents=True)
+    return "run", "triangle", "--set", "duration_s=80000", "--out", out.format(sim.folder)
+
+
+@pytest.mark.parametrize("before, out", FOLDERS)
+def test_a_run_that_fails_leaves_no_folder(sim, before, out):
+    command = start_in(sim, before, out)
+    left = sorted(sim.folder.rglob("*"))
+    result = sim(*command, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100000, 100000)))
+    assert result.returncode == 1 and "trace.csv: cannot be written: File too large" in result.stderr
+    assert sorted(sim.folder.rglob("*")) == left
+
+
+@pytest.mark.parametrize("before, out", [*FOLDERS, ("", None)])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_leaves_no_folder(sim, before, out, number):
+    """Neither that of --out nor, for a picture alone, a temporary one."""
+    command = start_in(sim, before, out or "") if out else (*start_in(sim, before, "")[:-2], "--plot", "x.svg")
+    left = sorted(sim.folder.rglob("*"))
+    (sim.folder / "tmp").mkdir()
+    run = subprocess.Popen([sim.program, *command], cwd=sim.folder, env={**os.environ, "TMPDIR": str(sim.folder / "tmp")})
+    until(lambda: processor_s(run.pid) > 0.3, "it does not run")
+    run.send_signal(number)
+    assert run.wait(timeout=200) == -number and list((sim.folder / "tmp").iterdir()) == []
+    (sim.folder / "tmp").rmdir()
+    assert sorted(sim.folder.rglob("*")) == left
+
+
 def test_options_without_effect_are_refused(sim):
     sim.write("log.csv", ROWS)
     hint = " (tribo-sim --help lists the commands)"
     for message, *command in (("--decimate needs --out or --plot", "run", "triangle", "--decimate", 3),
                               ("--columns needs --out or --plot", "run", "triangle", "--columns", "u_N"),
                               ("--all needs --plot", "run", "triangle", "--all"),
+                              ("log: --gap needs --resample", "log", "log.csv", "--gap", 1),
+                              ("replay: --gap needs --resample", "replay", "log.csv", "--gap", 1),
                               ("--full-scale needs --arith q31 or both", "replay", "log.csv", "--full-scale", 3),
                               ("list: --parameters goes with no other option", "list", "--keys", "--parameters"),
                               ("list: --parameters goes with no other option", "list", "--parameters", "--markdown"),

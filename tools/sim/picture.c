@@ -2,6 +2,7 @@
 
 #include "sim/commands.h"
 #include "sim/tool.h"
+#include "support/output_file.h"
 #include "support/text.h"
 
 #include <errno.h>
@@ -18,7 +19,7 @@ char *sim_picture_folder(common_error_t *error)
 {
     const char *where  = getenv("TMPDIR");
     char       *folder = common_text_format("%s/tribo-sim-XXXXXX", where != NULL ? where : "/tmp");
-    if (folder == NULL || mkdtemp(folder) == NULL)
+    if (folder == NULL || !common_output_folder_temporary(folder))
     {
         (void)common_error_set(error, "%s: cannot be made: %s", folder != NULL ? folder : "a folder", strerror(errno));
         free(folder);
