@@ -18,14 +18,6 @@
 #include <string.h>
 #include <time.h>
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static double now_s(void)
 {
     return (double)clock() / CLOCKS_PER_SEC;

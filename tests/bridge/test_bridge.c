@@ -45,10 +45,6 @@ void setUp(void)
     init(bridge_brushed, 1);
 }
 
-void tearDown(void)
-{
-}
-
 static bool step(void)
 {
     are_on = bridge_step(&bridge, &sample, are_on, &duty);
@@ -389,24 +385,4 @@ static void test_of_three_phases_each_trips(void)
     check_trip(BRIDGE_TRIP_OFFSET);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_outputs_stay_off_until_they_are_wanted_and_calibrated);
-    RUN_TEST(test_the_mean_code_without_current_is_0_a);
-    RUN_TEST(test_an_offset_that_cannot_be_one_is_a_trip);
-    RUN_TEST(test_a_current_while_the_outputs_are_off_is_a_trip);
-    RUN_TEST(test_two_samples_beyond_the_level_are_a_trip_at_whatever_time);
-    RUN_TEST(test_two_samples_of_a_bus_beyond_its_level_are_a_trip);
-    RUN_TEST(test_a_motor_with_one_winding_has_one_current);
-    RUN_TEST(test_single_samples_beyond_the_level_are_a_trip_if_they_are_many);
-    RUN_TEST(test_a_sensor_at_a_rail_is_a_trip_in_every_state);
-    RUN_TEST(test_a_reading_at_the_rail_trips_again_and_again);
-    RUN_TEST(test_a_command_that_is_not_renewed_is_a_trip);
-    RUN_TEST(test_outputs_that_went_off_by_themselves_are_a_trip);
-    RUN_TEST(test_the_motors_legs_move_against_each_other);
-    RUN_TEST(test_each_start_begins_without_an_integral);
-    RUN_TEST(test_a_law_of_three_phases_takes_the_place_of_the_motors);
-    RUN_TEST(test_of_three_phases_each_trips);
-    return UNITY_END();
-}
+#include "runners/test_bridge.inc" // main

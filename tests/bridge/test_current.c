@@ -46,10 +46,6 @@ void setUp(void)
     connect(2.0, 1e-3);
 }
 
-void tearDown(void)
-{
-}
-
 static void flow_for_half_a_sample(void)
 {
     const double h_s = T_S / 2.0 / STEPS;
@@ -248,17 +244,4 @@ static void test_what_is_not_positive_or_too_fast_is_refused(void)
     TEST_ASSERT_FALSE(current_init(&params, &fast));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_step_settles_within_300_us_whatever_the_winding);
-    RUN_TEST(test_the_windings_pole_is_cancelled);
-    RUN_TEST(test_a_winding_of_half_or_twice_the_configured_value_stays_stable);
-    RUN_TEST(test_a_back_emf_is_made_up_for);
-    RUN_TEST(test_the_reference_is_limited);
-    RUN_TEST(test_a_reference_that_is_no_number_is_0);
-    RUN_TEST(test_the_integral_does_not_wind_up_at_the_voltage_limit);
-    RUN_TEST(test_a_bus_that_is_gone_leaves_nothing_in_the_integral);
-    RUN_TEST(test_what_is_not_positive_or_too_fast_is_refused);
-    return UNITY_END();
-}
+#include "runners/test_current.inc" // main

@@ -12,14 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void print(const char *name, compensation_result_t x, compensation_result_t off)
 {
     printf("%-32s RMS %.6f N (%5.2f times), peak %.2f mN, TV %.3f N (%.3f), first %.6f (%.2f), peak %.2f mN\n",

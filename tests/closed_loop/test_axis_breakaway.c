@@ -7,14 +7,6 @@
 #include "tribo/axis_q31.h"
 #include "unity.h"
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 /// breakaway_factor after `seconds` of the benchmark's triangle, with the breakaway of the benchmark's rig times `belief`.
 static float factor_of(sim_truth_number_t truth, float belief, long seconds)
 {
@@ -97,11 +89,4 @@ static void test_right_within_a_factor_of_two_is_no_warning(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_far_too_small_is_known_at_the_first_reversals);
-    RUN_TEST(test_ten_times_too_large_is_known_after_some_reversals);
-    RUN_TEST(test_right_within_a_factor_of_two_is_no_warning);
-    return UNITY_END();
-}
+#include "runners/test_axis_breakaway.inc" // main

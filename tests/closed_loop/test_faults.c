@@ -123,12 +123,4 @@ static void test_retuning_on_the_plant_does_not_show_in_the_force(void)
     printf("u moves by up to %.1e N a tick, by %.1e N when params change\n", worst_step, worst_change);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_sensor_fault_at_any_tick_is_survived_and_counted);
-    RUN_TEST(test_a_bad_sample_does_not_kick_the_output);
-    RUN_TEST(test_the_loop_leaves_a_long_limit_without_overshoot);
-    RUN_TEST(test_retuning_on_the_plant_does_not_show_in_the_force);
-    return UNITY_END();
-}
+#include "runners/test_faults.inc" // main

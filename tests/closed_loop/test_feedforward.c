@@ -16,10 +16,6 @@ void setUp(void)
     truth = compensation_nominal();
 }
 
-void tearDown(void)
-{
-}
-
 static compensation_result_t run(compensation_t method, const tribo_feedforward_f32_config_t *config)
 {
     const compensation_result_t x = compensation_run_triangle(method, config, &truth, benchmark);
@@ -228,19 +224,4 @@ static void test_noise_does_not_move_a_force_that_is_held(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_triangle_has_a_thirtieth_of_the_error);
-    RUN_TEST(test_triangle_without_the_lead_of_the_jump);
-    RUN_TEST(test_triangle_with_half_and_one_and_a_half_times_the_breakaway_and_noise);
-    RUN_TEST(test_first_reversal_of_an_arm_with_less_breakaway_than_believed_is_no_worse);
-    RUN_TEST(test_a_command_of_the_wrong_scale_is_no_worse_on_both_sides_of_0);
-    RUN_TEST(test_steps_are_fed_back_while_the_reference_stands);
-    RUN_TEST(test_a_push_while_the_reference_moves_leaves_no_lasting_error);
-    RUN_TEST(test_a_load_that_stays_is_learned);
-    RUN_TEST(test_an_environment_that_moves_while_the_reference_does);
-    RUN_TEST(test_an_environment_that_moves_while_the_reference_rests);
-    RUN_TEST(test_noise_does_not_move_a_force_that_is_held);
-    return UNITY_END();
-}
+#include "runners/test_feedforward.inc" // main

@@ -17,10 +17,6 @@ void setUp(void)
     config = tribo_force_loop_f32_paper();
 }
 
-void tearDown(void)
-{
-}
-
 /// A plant with `scale` times the loop's model breakaway; with the feed-forward's `method`, or null.
 static void open_guarded(double scale, const tribo_feedforward_f32_config_t *method)
 {
@@ -196,15 +192,4 @@ static void test_bad_inputs_are_not_judged(void)
     rig_close(&rig);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_hunting_of_the_papers_method_at_gain_1_with_half_the_breakaway_ends);
-    RUN_TEST(test_a_restored_guard_lets_the_loop_hunt_again_and_ends_it_again);
-    RUN_TEST(test_a_feed_forward_that_does_not_learn_and_believes_too_much_overshoots);
-    RUN_TEST(test_a_feed_forward_that_does_harm_notices_it_and_feeds_back);
-    RUN_TEST(test_it_leaves_alone_what_is_right);
-    RUN_TEST(test_a_faded_feed_forward_learns_on_without_moving_u);
-    RUN_TEST(test_bad_inputs_are_not_judged);
-    return UNITY_END();
-}
+#include "runners/test_guard.inc" // main

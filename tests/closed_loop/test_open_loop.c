@@ -110,11 +110,4 @@ static void test_the_transition_is_gradual_after_a_deep_fall_and_sharp_after_a_s
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.0, moved_before_breakaway(0.42));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_with_constant_k_a_slower_rise_lifts_the_force_more);
-    RUN_TEST(test_with_k_of_v_a_slow_rise_lifts_the_force_little);
-    RUN_TEST(test_the_transition_is_gradual_after_a_deep_fall_and_sharp_after_a_shallow_one);
-    return UNITY_END();
-}
+#include "runners/test_open_loop.inc" // main

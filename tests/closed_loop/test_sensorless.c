@@ -25,14 +25,6 @@ typedef struct
     double part_outside; // of the time, by more than 2 mN
 } result_t;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static double triangle(double low, double high, double t) // of 20 mN/s
 {
     const double half  = (high - low) / 0.02;
@@ -151,10 +143,4 @@ static void test_the_force_is_in_its_interval(void)
     TEST_ASSERT_TRUE(run("coulomb", 1.3, 0.9, 0.2, 0.6).part_outside > 0.5); // further off than it says
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_error_is_a_third_and_less_where_what_is_fed_is_within_a_tenth_of_the_friction);
-    RUN_TEST(test_the_force_is_in_its_interval);
-    return UNITY_END();
-}
+#include "runners/test_sensorless.inc" // main

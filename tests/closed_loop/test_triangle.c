@@ -9,10 +9,6 @@
 
 static rig_t rig;
 
-void setUp(void)
-{
-}
-
 void tearDown(void)
 {
     rig_close(&rig);
@@ -168,13 +164,4 @@ static void test_controller_stays_close_to_the_sections_it_was_given_over_the_tr
     TEST_ASSERT_DOUBLE_WITHIN(CONTROLLER_TOLERANCE_N, 0.0, worst);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_triangle_without_compensation_has_the_known_error);
-    RUN_TEST(test_triangle_with_compensation_has_the_known_error);
-    RUN_TEST(test_triangle_at_gain_1_overcompensates);
-    RUN_TEST(test_controller_stays_within_5e_5_of_its_cascade_in_double_over_the_triangle);
-    RUN_TEST(test_controller_stays_close_to_the_sections_it_was_given_over_the_triangle);
-    return UNITY_END();
-}
+#include "runners/test_triangle.inc" // main

@@ -15,10 +15,6 @@ void setUp(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, arm_init(&arm, &config, H));
 }
 
-void tearDown(void)
-{
-}
-
 static void test_arm_follows_the_continuous_step_response(void)
 {
     double F = 0.0;
@@ -115,14 +111,4 @@ static void test_arm_init_checks_every_field(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_arm_follows_the_continuous_step_response);
-    RUN_TEST(test_arm_comes_to_rest_where_the_force_balances);
-    RUN_TEST(test_arm_that_rests_and_sticks_does_not_move);
-    RUN_TEST(test_arm_that_sticks_comes_to_rest_from_both_sides_alike);
-    RUN_TEST(test_arm_after_a_reset_is_at_rest);
-    RUN_TEST(test_arm_init_checks_every_field);
-    return UNITY_END();
-}
+#include "runners/test_arm.inc" // main

@@ -26,10 +26,6 @@ void setUp(void)
     memset(&axis, 0, sizeof axis);
 }
 
-void tearDown(void)
-{
-}
-
 static tribo_status_t init(axis_t *x, const tribo_axis_f32_config_t *config)
 {
     return TRIBO_EITHER(TRIBO(axis, init)(x, config), TRIBO(axis, init)(x, config, (float)FULL_SCALE_N));
@@ -798,33 +794,4 @@ static void test_forces_fit_the_full_scale(void)
 }
 #endif
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_an_empty_config_is_refused_field_by_field);
-    RUN_TEST(test_each_field_is_checked);
-    RUN_TEST(test_before_the_init_an_axis_puts_out_nothing);
-    RUN_TEST(test_an_axis_is_the_loop_below_it);
-    RUN_TEST(test_the_halves_and_a_change_are_those_of_the_loop);
-    RUN_TEST(test_a_pi_is_the_section_that_the_loop_makes_of_it);
-    RUN_TEST(test_what_compensation_saves_is_not_exaggerated);
-    RUN_TEST(test_friction_is_gone_and_its_interval_holds_it);
-    RUN_TEST(test_a_controller_of_the_callers_stays_in_place);
-    RUN_TEST(test_the_limit_is_told_to_the_callers_controller);
-    RUN_TEST(test_a_loop_without_a_method_has_a_callers_controller_alone);
-    RUN_TEST(test_another_config_does_not_bump_and_keeps_what_is_learned);
-    RUN_TEST(test_what_is_learned_outlives_a_loss_of_power);
-    RUN_TEST(test_a_blob_with_a_flipped_bit_is_refused);
-    RUN_TEST(test_each_warning_has_a_sentence_and_a_command_clears_what_is_latched);
-    RUN_TEST(test_a_breakaway_far_from_the_rigs_is_named_with_its_direction);
-    RUN_TEST(test_a_warning_of_the_learner_needs_settled_friction);
-    RUN_TEST(test_the_factor_leads_to_a_breakaway_that_fits);
-    RUN_TEST(test_presliding_that_trips_the_guard_is_named_and_its_advice_helps);
-    RUN_TEST(test_a_learner_that_is_never_called_is_a_warning);
-    RUN_TEST(test_the_largest_limits_are_taken);
-#if TRIBO_IS_Q31
-    RUN_TEST(test_a_usual_force_beyond_the_full_scale_is_refused);
-    RUN_TEST(test_forces_fit_the_full_scale);
-#endif
-    return UNITY_END();
-}
+#include "runners/test_axis.inc" // main

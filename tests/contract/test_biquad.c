@@ -10,14 +10,6 @@ static const tribo_biquad_f32_section_t three[] = {TRIBO_BIQUAD_F32(0.25, -0.3, 
 
 static cascade_t cascade;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void init(cascade_t *x, const tribo_biquad_f32_section_t *sections, uint32_t count)
 {
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, cascade_init(x, sections, count));
@@ -180,14 +172,4 @@ static void test_biquad_change_takes_another_number_of_sections(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_biquad_is_the_section_of_its_coefficients_in_z);
-    RUN_TEST(test_biquad_cascade_runs_its_sections_in_order);
-    RUN_TEST(test_biquad_advances_as_if_the_corrected_input_had_come);
-    RUN_TEST(test_biquad_change_keeps_the_output_and_its_slope);
-    RUN_TEST(test_biquad_change_to_the_same_params_changes_nothing_to_see);
-    RUN_TEST(test_biquad_change_takes_another_number_of_sections);
-    return UNITY_END();
-}
+#include "runners/test_biquad.inc" // main

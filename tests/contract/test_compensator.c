@@ -20,10 +20,6 @@ void setUp(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, compensator_init(&compensator, &config, H));
 }
 
-void tearDown(void)
-{
-}
-
 static void test_compensator_is_friction_and_arm_joined_as_in_fig_11(void)
 {
     static friction_t friction;
@@ -105,13 +101,4 @@ static void test_compensator_init_passes_on_what_its_parts_refuse(void)
     check_refused(TRIBO_ERR_K_MIN, H);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_compensator_is_friction_and_arm_joined_as_in_fig_11);
-    RUN_TEST(test_compensator_force_follows_u_minus_breakaway_while_it_slides);
-    RUN_TEST(test_compensator_reset_is_rest);
-    RUN_TEST(test_compensator_is_entered_with_the_net_force_of_its_gravity);
-    RUN_TEST(test_compensator_init_passes_on_what_its_parts_refuse);
-    return UNITY_END();
-}
+#include "runners/test_compensator.inc" // main

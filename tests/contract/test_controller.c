@@ -39,10 +39,6 @@ void setUp(void)
     init(paper, 2);
 }
 
-void tearDown(void)
-{
-}
-
 static double step(double e, double feedforward)
 {
     seen = controller_step(&controller, e, feedforward);
@@ -326,19 +322,4 @@ static void test_controller_padded_with_unity_sections_gives_the_same_bits(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_controller_is_its_cascade_plus_the_feedforward);
-    RUN_TEST(test_controller_keeps_u_within_its_limits);
-    RUN_TEST(test_controller_is_not_limited_at_its_very_limit);
-    RUN_TEST(test_controller_conditions_its_states_on_the_limited_output);
-    RUN_TEST(test_controller_does_not_wind_up_whatever_its_zeros);
-    RUN_TEST(test_controller_takes_a_mains_notch_at_any_sample_rate);
-    RUN_TEST(test_controller_is_not_conditioned_by_zeros_that_a_last_bit_puts_inside);
-    RUN_TEST(test_controller_leaves_its_limit_as_soon_as_the_error_turns);
-    RUN_TEST(test_controller_changes_params_without_a_bump);
-    RUN_TEST(test_controller_padded_with_unity_sections_gives_the_same_bits);
-    RUN_TEST(test_controller_is_that_of_double_with_ripple_at_half_the_sample_rate);
-    return UNITY_END();
-}
+#include "runners/test_controller.inc" // main

@@ -60,10 +60,6 @@ void setUp(void)
     init(&other);
 }
 
-void tearDown(void)
-{
-}
-
 static void move(blind_t *b, double intended, double measured)
 {
     TRIBO(sensorless, motion)(&b->memory,
@@ -595,25 +591,4 @@ static void test_a_restart_ends_the_slide_and_keeps_what_was_learned(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_each_step_is_that_of_the_model);
-    RUN_TEST(test_two_slides_tell_friction_and_load);
-    RUN_TEST(test_a_travel_beyond_forgetting_returns_all_of_the_variance);
-    RUN_TEST(test_acceleration_is_not_friction);
-    RUN_TEST(test_what_is_learned_does_not_depend_on_belief);
-    RUN_TEST(test_what_is_learned_is_told_as_that_of_the_method_with_y);
-    RUN_TEST(test_without_a_motion_nothing_is_learned_nor_used);
-    RUN_TEST(test_neither_at_rest_nor_in_noise_nor_one_way_is_anything_learned);
-    RUN_TEST(test_u_does_not_move_where_it_learns);
-    RUN_TEST(test_a_push_moves_the_weight_by_an_eighth_at_most);
-    RUN_TEST(test_a_weight_at_a_bound_is_latched_after_four_slides_until_restored);
-    RUN_TEST(test_mirrored_slides_give_mirrored_bits);
-    RUN_TEST(test_a_slide_with_a_motion_that_is_none_does_not_count);
-    RUN_TEST(test_a_flipped_bit_of_what_is_learned_is_forgotten_and_counted_and_u_goes_on);
-    RUN_TEST(test_a_corrupt_slide_heals);
-    RUN_TEST(test_u_goes_on_where_a_motion_becomes_known);
-    RUN_TEST(test_a_restart_ends_the_slide_and_keeps_what_was_learned);
-    return UNITY_END();
-}
+#include "runners/test_effort.inc" // main

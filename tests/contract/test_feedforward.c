@@ -33,10 +33,6 @@ void setUp(void)
     model   = tribo_force_loop_f32_paper().compensator;
 }
 
-void tearDown(void)
-{
-}
-
 static void init(feedforward_t *f)
 {
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, feedforward_init_scaled(f, &config, &model, INPUT_MAX, H, 1.0));
@@ -1671,71 +1667,4 @@ static void test_noise_of_the_reference_widens_a_reversal(void)
     TEST_ASSERT_EQUAL_INT(0, turns);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_feedforward_is_a_mirror_image_to_the_last_bit);
-    RUN_TEST(test_feedforward_of_forces_twice_as_large_gives_forces_twice_as_large);
-    RUN_TEST(test_nothing_is_learned_and_no_friction_moves_while_r_and_y_stand);
-    RUN_TEST(test_nothing_is_learned_in_a_hold);
-    RUN_TEST(test_learning_does_not_move_u);
-    RUN_TEST(test_a_result_is_taken_10_ticks_after_its_sample);
-    RUN_TEST(test_late_learning_is_counted_and_harmless);
-    RUN_TEST(test_only_a_loop_with_the_feedforward_learns);
-    RUN_TEST(test_a_bad_reading_gives_no_error_and_teaches_nothing);
-    RUN_TEST(test_a_restart_leaves_nothing_behind_but_what_was_learned);
-    RUN_TEST(test_a_flipped_bit_of_what_is_learned_is_forgotten_and_u_goes_on);
-    RUN_TEST(test_a_flipped_bit_of_what_the_tick_uses_lasts_10_ticks);
-    RUN_TEST(test_a_flipped_bit_between_tick_and_learner_is_harmless);
-    RUN_TEST(test_the_offset_comes_back);
-    RUN_TEST(test_error_friction_and_offset_are_bounded_for_any_input);
-    RUN_TEST(test_feedforward_recovers_from_any_input);
-    RUN_TEST(test_feedforward_after_a_reset_runs_the_same_bit_for_bit);
-    RUN_TEST(test_a_restart_keeps_what_was_learned_and_a_reset_forgets_it);
-    RUN_TEST(test_a_first_motion_is_not_held_where_the_last_hold_was);
-    RUN_TEST(test_a_hold_begins_with_nothing_counted);
-    RUN_TEST(test_entering_adds_what_was_added_before);
-    RUN_TEST(test_u_does_not_jump_where_a_hold_begins_or_ends);
-    RUN_TEST(test_a_hold_that_ends_without_friction_ends_on_the_side_of_the_reference);
-    RUN_TEST(test_a_step_in_a_hold_is_fed_back);
-    RUN_TEST(test_of_a_lasting_error_in_a_hold_what_is_below_the_noise_is_left);
-    RUN_TEST(test_in_a_hold_u_rests_while_the_error_is_within_the_noise);
-    RUN_TEST(test_a_step_of_the_reference_ends_a_rest_at_once);
-    RUN_TEST(test_after_a_pulse_of_the_reference_u_comes_back_before_it_rests);
-    RUN_TEST(test_the_first_motion_is_the_controllers_alone);
-    RUN_TEST(test_nothing_is_learned_while_u_is_limited);
-    RUN_TEST(test_at_rest_all_is_0_to_the_last_bit);
-    RUN_TEST(test_a_reference_that_has_never_moved_is_not_held);
-    RUN_TEST(test_breakaway_30_percent_off_is_learned_to_5_percent_within_4_reversals);
-    RUN_TEST(test_a_table_serves_as_a_prior_as_a_law_does);
-    RUN_TEST(test_before_anything_is_learned_breakaway_is_the_prior_of_its_direction);
-    RUN_TEST(test_the_learned_breakaway_of_a_direction_is_never_nothing);
-    RUN_TEST(test_learned_breakaway_says_when_it_is_at_a_bound);
-    RUN_TEST(test_a_weight_that_reversals_keep_finding_at_its_bound_is_latched);
-    RUN_TEST(test_a_corrupt_low_pass_of_v_comes_back);
-    RUN_TEST(test_a_flipped_bit_of_the_offset_is_counted_and_u_goes_on);
-    RUN_TEST(test_a_first_reversal_takes_a_lack_for_less_friction_and_more_for_a_load);
-    RUN_TEST(test_friction_that_costs_more_than_it_saves_is_fed_back_for_longer_each_time);
-    RUN_TEST(test_friction_fed_forward_on_trial_stays_so_and_the_past_is_forgiven);
-    RUN_TEST(test_a_zeroed_memory_has_nothing_to_keep);
-    RUN_TEST(test_params_without_a_method_have_learned_nothing);
-    RUN_TEST(test_friction_is_fed_back_over_restarts_until_restored);
-    RUN_TEST(test_a_method_that_is_entered_again_and_again_is_not_said_to_do_harm);
-    RUN_TEST(test_a_bad_first_tick_waits);
-    RUN_TEST(test_new_params_take_the_sum_over);
-    RUN_TEST(test_a_method_at_rest_takes_no_sum_over);
-    RUN_TEST(test_counters_stop_at_their_end);
-    RUN_TEST(test_u_does_not_rest_where_the_monitor_alone_feeds_friction_back);
-    RUN_TEST(test_a_hand_over_gets_error_reading_and_term_of_the_last_tick);
-    RUN_TEST(test_friction_takes_the_share_of_a_guard);
-    RUN_TEST(test_a_jump_leads_the_actuator);
-    RUN_TEST(test_chatter_in_a_hold_lowers_friction);
-    RUN_TEST(test_friction_goes_over_within_the_jump_time_after_a_reversal);
-    RUN_TEST(test_the_reachable_reference_stops_where_u_is_limited);
-    RUN_TEST(test_noise_of_the_reference_widens_a_reversal);
-    RUN_TEST(test_without_a_still_time_r_never_stands_and_with_a_tick_it_does);
-    RUN_TEST(test_in_a_hold_the_deadband_of_noise_is_a_part_of_its_second_difference);
-    RUN_TEST(test_a_hold_after_a_restart_has_no_deadband_of_the_last);
-    RUN_TEST(test_the_ramp_of_a_jump_ends_in_a_tick_at_the_fastest);
-    return UNITY_END();
-}
+#include "runners/test_feedforward.inc" // main

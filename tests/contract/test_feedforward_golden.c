@@ -69,14 +69,6 @@ static TRIBO(force_loop, state_t) loop;
 static tribo_point_t table[TRIBO_BREAKAWAY_POINTS_MAX];
 static double        full_scale_n;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static double force(double x)
 {
     return TRIBO_EITHER(x, x * full_scale_n / 2147483648.0);
@@ -303,15 +295,4 @@ static void test_feedforward_of_another_rig_does_as_its_model(void)
     check("feedforward_rig.csv", &config, &own, 512.0, 2e-4);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_feedforward_tracks_as_its_model);
-    RUN_TEST(test_feedforward_takes_noise_as_its_model);
-    RUN_TEST(test_feedforward_holds_as_its_model);
-    RUN_TEST(test_feedforward_feeds_back_as_its_model);
-    RUN_TEST(test_feedforward_takes_limits_and_bad_inputs_as_its_model);
-    RUN_TEST(test_feedforward_is_handed_over_as_its_model);
-    RUN_TEST(test_feedforward_of_another_rig_does_as_its_model);
-    return UNITY_END();
-}
+#include "runners/test_feedforward_golden.inc" // main

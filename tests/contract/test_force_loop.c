@@ -22,10 +22,6 @@ void setUp(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&loop, &config));
 }
 
-void tearDown(void)
-{
-}
-
 /// A plant that is nothing but a delay and some stiction, so that signals move like a real loop's.
 static double toy_plant_n;
 
@@ -491,28 +487,4 @@ static void test_loop_names_what_is_wrong_with_its_controller(void)
     refuse_pi(TRIBO_OK, 0.5f, 999.0f);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_loop_is_controller_and_compensator_joined_as_in_fig_9);
-    RUN_TEST(test_loop_is_the_same_without_signals);
-    RUN_TEST(test_loop_with_gain_0_does_without_compensation);
-    RUN_TEST(test_loop_compensator_sees_the_limited_u);
-    RUN_TEST(test_loop_changes_gain_without_a_bump);
-    RUN_TEST(test_loop_changes_friction_and_arm_without_a_bump);
-    RUN_TEST(test_loop_changes_the_controller_without_a_bump);
-    RUN_TEST(test_loop_change_to_equal_params_goes_on_as_before);
-    RUN_TEST(test_loop_new_limits_hold_in_the_tick_of_the_change);
-    RUN_TEST(test_loop_leaves_its_compensator_to_the_new_params_alone);
-    RUN_TEST(test_loop_counts_a_saturation_of_the_new_params_alone);
-    RUN_TEST(test_loop_takes_inputs_up_to_their_very_maximum);
-    RUN_TEST(test_loop_coasts_over_a_bad_input_counts_it_and_recovers);
-    RUN_TEST(test_loop_coasts_over_what_is_beyond_full_scale_where_that_is_input_max);
-    RUN_TEST(test_loop_takes_full_scale_where_that_is_input_max);
-    RUN_TEST(test_loop_reset_leaves_nothing_of_what_was);
-    RUN_TEST(test_loop_params_and_state_of_one_axis_are_small);
-    RUN_TEST(test_loop_with_a_pi_by_gains_is_the_loop_with_its_section);
-    RUN_TEST(test_loop_with_a_gain_alone_multiplies_by_it);
-    RUN_TEST(test_loop_names_what_is_wrong_with_its_controller);
-    return UNITY_END();
-}
+#include "runners/test_force_loop.inc" // main

@@ -18,10 +18,6 @@ void setUp(void)
     config = tribo_force_loop_f32_paper().compensator.friction;
 }
 
-void tearDown(void)
-{
-}
-
 static friction_seen_t after(uint8_t armed, double n_before, double n)
 {
     friction_start(&friction, armed, n_before);
@@ -374,20 +370,4 @@ static void test_friction_k_of_v_is_as_close_as_arithmetic_allows(void)
     TEST_ASSERT_TRUE(used > 0.2); // f shows an error of k
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_friction_holds_against_the_net_force_up_to_breakaway);
-    RUN_TEST(test_friction_follows_k_of_v_through_its_whole_range);
-    RUN_TEST(test_friction_needs_a_rising_magnitude_and_the_right_relay_for_its_hysteresis);
-    RUN_TEST(test_friction_reports_net_force_and_its_rate_with_gravity);
-    RUN_TEST(test_friction_arms_and_disarms_at_its_levels_only);
-    RUN_TEST(test_friction_levels_are_exclusive);
-    RUN_TEST(test_friction_takes_each_direction_from_its_own_law);
-    RUN_TEST(test_friction_table_is_linear_between_its_points_and_clamped_at_its_ends);
-    RUN_TEST(test_friction_disarms_by_the_breakaway_of_the_side_where_n_was);
-    RUN_TEST(test_friction_relays_are_those_of_its_comparators);
-    RUN_TEST(test_friction_of_a_table_that_says_what_a_law_says_is_the_same);
-    RUN_TEST(test_friction_k_of_v_is_as_close_as_arithmetic_allows);
-    return UNITY_END();
-}
+#include "runners/test_friction.inc" // main

@@ -10,14 +10,6 @@
 #define ROWS_MAX 20001
 #define H        1e-3
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 /// Q1, Q2, Q as bits, as asked and as found.
 static unsigned char asked[ROWS_MAX];
 static unsigned char found[ROWS_MAX];
@@ -161,13 +153,4 @@ static void test_compensator_gives_the_golden_vectors_of_asymmetric_friction_wit
     check_compensator("compensator_asymmetric_gravity.csv", &config);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_friction_gives_the_golden_vectors_of_the_papers_parameters);
-    RUN_TEST(test_friction_gives_the_golden_vectors_of_asymmetric_friction_with_gravity);
-    RUN_TEST(test_friction_gives_the_golden_vectors_of_k_1_1);
-    RUN_TEST(test_compensator_gives_the_golden_vectors_of_the_papers_parameters);
-    RUN_TEST(test_compensator_gives_the_golden_vectors_of_asymmetric_friction_with_gravity);
-    return UNITY_END();
-}
+#include "runners/test_golden.inc" // main

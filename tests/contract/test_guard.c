@@ -16,10 +16,6 @@ void setUp(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, guard_init(&guard, &config, H));
 }
 
-void tearDown(void)
-{
-}
-
 /// `swings` in which f goes from one side to the other in `ticks`, and y with it by `swing_n` against `asked_n` of r.
 static void swing(int swings, int ticks, double swing_n, double asked_n)
 {
@@ -286,26 +282,4 @@ static void test_a_corrupt_sign_of_the_last_move_is_judged_once_and_replaced(voi
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_sixteen_quick_turns_that_drive_the_force_are_hunting);
-    RUN_TEST(test_slow_turns_are_not_hunting);
-    RUN_TEST(test_turns_that_follow_the_reference_are_not_hunting);
-    RUN_TEST(test_turns_of_a_force_of_the_other_sign_are_not_hunting);
-    RUN_TEST(test_one_slow_turn_forgives);
-    RUN_TEST(test_friction_that_turns_by_less_than_its_width_does_not_turn);
-    RUN_TEST(test_four_breakaways_with_the_wrong_error_are_overshoot);
-    RUN_TEST(test_breakaways_with_the_right_error_or_little_of_the_wrong_one_are_not);
-    RUN_TEST(test_friction_fades_in_half_a_second_stays_away_and_comes_back_as_slowly);
-    RUN_TEST(test_a_guard_that_is_restored_lets_friction_back_and_judges_anew);
-    RUN_TEST(test_a_guard_that_is_switched_off_lets_friction_back_and_forgets);
-    RUN_TEST(test_whatever_the_signals_the_fade_is_within_0_and_1);
-    RUN_TEST(test_it_judges_nothing_by_what_is_beyond_the_scale_or_no_number);
-    RUN_TEST(test_set_up_names_the_field_that_is_wrong);
-    RUN_TEST(test_a_fade_time_below_a_tick_fades_at_once);
-    RUN_TEST(test_the_longest_fade_time_fades_and_a_longer_one_is_refused);
-    RUN_TEST(test_a_corrupt_cause_is_a_cause_that_has_a_name);
-    RUN_TEST(test_a_corrupt_sign_of_the_last_move_is_judged_once_and_replaced);
-    return UNITY_END();
-}
+#include "runners/test_guard.inc" // main

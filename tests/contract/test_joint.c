@@ -26,10 +26,6 @@ void setUp(void)
     memset(&joint, 0, sizeof joint);
 }
 
-void tearDown(void)
-{
-}
-
 static tribo_force_t effort_of(double x)
 {
     return TRIBO_EITHER((float)x, (int32_t)(fmax(-1.0, fmin(x, 0.9999999995)) * ONE));
@@ -878,48 +874,4 @@ static void test_the_force_from_current_is_within_its_interval(void)
     TEST_ASSERT_TRUE(TRIBO(joint, force)(&joint).low > 0.1f); // it holds something
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_an_empty_config_is_refused_field_by_field);
-    RUN_TEST(test_each_field_is_checked);
-    RUN_TEST(test_a_joint_that_wraps_is_the_one_that_counts_turns);
-    RUN_TEST(test_before_the_init_a_joint_puts_out_nothing);
-    RUN_TEST(test_viscous_friction_of_fast_moves_is_not_learned);
-    RUN_TEST(test_friction_is_learned_whatever_was_configured_and_compensated);
-    RUN_TEST(test_a_load_is_distinguished_from_friction);
-    RUN_TEST(test_a_load_by_a_model_is_added_and_not_learned);
-    RUN_TEST(test_a_gain_ramps);
-    RUN_TEST(test_u_is_the_effort_where_gain_is_0_and_within_the_limit);
-    RUN_TEST(test_a_bad_input_is_counted_and_changes_nothing);
-    RUN_TEST(test_a_hand_that_leads_teaches_nothing);
-    RUN_TEST(test_a_motion_that_q_ref_did_not_ask_for_teaches_nothing);
-    RUN_TEST(test_the_rise_of_a_fast_part_is_extrapolated_to_rest);
-    RUN_TEST(test_a_jump_or_a_slide_that_is_too_long_teaches_nothing);
-    RUN_TEST(test_a_joint_that_sticks_while_q_ref_goes_most_of_its_way_learns);
-    RUN_TEST(test_a_long_travel_is_not_requested_twice);
-#if TRIBO_IS_Q31
-    RUN_TEST(test_counts_may_wrap);
-#endif
-    RUN_TEST(test_what_is_believed_is_used_by_half_until_it_is_learned);
-    RUN_TEST(test_a_tenth_of_friction_stays_where_a_hand_leads);
-    RUN_TEST(test_a_term_gives_way_to_an_effort_that_opposes_it_at_rest);
-    RUN_TEST(test_without_a_loop_there_is_no_term_at_rest);
-    RUN_TEST(test_without_a_loop_there_is_no_term_beside_a_moving_reference);
-    RUN_TEST(test_a_hand_that_leads_without_effort_keeps_its_term);
-#if !TRIBO_IS_Q31
-    RUN_TEST(test_a_dead_encoder_takes_the_term_away);
-#endif
-    RUN_TEST(test_a_reference_may_step_by_any_amount);
-    RUN_TEST(test_a_joint_that_is_off_by_two_travels_turns_and_not_before);
-    RUN_TEST(test_one_pair_of_slides_moves_what_is_learned_by_a_quarter_at_most);
-    RUN_TEST(test_a_joint_behind_its_reference_is_not_astray);
-    RUN_TEST(test_a_term_alone_does_not_pull_a_joint_back);
-    RUN_TEST(test_a_joint_that_goes_astray_loses_its_term_within_a_tenth_of_a_second_until_restored);
-    RUN_TEST(test_a_joint_that_moves_fast_may_run_ahead_for_a_tenth_of_a_second);
-    RUN_TEST(test_a_joint_that_hunts_at_rest_is_quiet_after_four_turns);
-    RUN_TEST(test_an_effort_with_the_wrong_sign_is_found);
-    RUN_TEST(test_each_cause_has_a_sentence);
-    RUN_TEST(test_the_force_from_current_is_within_its_interval);
-    return UNITY_END();
-}
+#include "runners/test_joint.inc" // main

@@ -18,10 +18,6 @@ void setUp(void)
     loop_guard(&loop, &guard);
 }
 
-void tearDown(void)
-{
-}
-
 static void feed_forward(void)
 {
     const tribo_feedforward_f32_config_t method = tribo_feedforward_f32_default();
@@ -184,18 +180,4 @@ static void test_the_papers_method_takes_over_the_fade_that_a_guard_has_left(voi
     check_fade_is_taken_over(&paper);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_latched_cause_fades_the_papers_friction);
-    RUN_TEST(test_a_loop_has_all_its_friction_when_no_guard_is_named);
-    RUN_TEST(test_a_restart_keeps_a_latched_cause_and_its_fade_with_what_was_learned);
-    RUN_TEST(test_the_first_start_of_a_zeroed_state_has_nothing_to_keep);
-    RUN_TEST(test_u_does_not_jump_when_a_guard_is_given_up);
-    RUN_TEST(test_u_does_not_jump_when_friction_that_a_guard_has_faded_changes);
-    RUN_TEST(test_a_latched_cause_fades_out_the_feed_forward);
-    RUN_TEST(test_bad_inputs_are_not_judged);
-    RUN_TEST(test_a_loop_whose_memory_is_not_named_is_judged_by_what_it_adds);
-    RUN_TEST(test_the_papers_method_takes_over_the_fade_that_a_guard_has_left);
-    return UNITY_END();
-}
+#include "runners/test_loop_guard.inc" // main

@@ -74,10 +74,6 @@ void setUp(void)
     begin();
 }
 
-void tearDown(void)
-{
-}
-
 typedef enum
 {
     OFF,
@@ -598,28 +594,4 @@ static void test_loop_with_a_flipped_bit_in_a_flag_of_its_memory_changes_params(
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_loop_is_controller_and_feedforward_joined);
-    RUN_TEST(test_loop_with_a_feedforward_is_the_same_without_signals);
-    RUN_TEST(test_loop_with_a_feedforward_follows_closely);
-    RUN_TEST(test_loop_without_memory_is_the_controller_alone);
-    RUN_TEST(test_loop_that_never_had_memory_hands_over_to_the_papers_method);
-    RUN_TEST(test_loop_that_has_just_forgotten_hands_over_like_one_without_memory);
-    RUN_TEST(test_loop_restarts_with_or_without_what_was_learned);
-    RUN_TEST(test_loop_init_passes_on_what_its_parts_refuse);
-    RUN_TEST(test_loop_changes_between_off_the_papers_method_and_the_feedforward_without_a_bump);
-    RUN_TEST(test_loop_changes_between_two_methods_that_feed_forward_without_a_bump);
-    RUN_TEST(test_loop_compensates_soon_after_a_change_of_method);
-    RUN_TEST(test_loop_taken_up_again_knows_what_it_had_learned);
-    RUN_TEST(test_loop_changes_the_params_of_its_feedforward_without_a_bump);
-    RUN_TEST(test_loop_with_a_feedforward_keeps_new_limits_at_once);
-    RUN_TEST(test_loop_changes_method_beside_a_bad_input);
-    RUN_TEST(test_loop_with_a_flipped_bit_in_its_memory_keeps_its_limits_and_recovers);
-    RUN_TEST(test_loop_with_a_flipped_bit_in_its_state_keeps_its_limits);
-    RUN_TEST(test_own_controller_with_a_flipped_bit_in_the_memory_gets_a_command_and_an_excess_that_are_numbers);
-    RUN_TEST(test_own_controller_goes_on_alone_while_the_term_is_no_number);
-    RUN_TEST(test_loop_with_a_flipped_bit_in_a_flag_of_its_memory_changes_params);
-    return UNITY_END();
-}
+#include "runners/test_methods.inc" // main

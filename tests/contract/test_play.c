@@ -8,10 +8,6 @@ void setUp(void)
     play_reset(&play, 1.0);
 }
 
-void tearDown(void)
-{
-}
-
 static void check(double input, double half, double position, int32_t sign)
 {
     play_step(&play, input, half);
@@ -58,13 +54,4 @@ static void test_play_without_a_width_follows(void)
     TEST_ASSERT_TRUE(play_position(&play) == 0.5);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_play_stands_while_the_input_stays_between_its_stops);
-    RUN_TEST(test_play_is_dragged_along_at_the_distance_of_the_stop_that_it_meets);
-    RUN_TEST(test_play_remembers_its_sign_where_it_stands);
-    RUN_TEST(test_play_turns_when_the_input_has_come_back_by_twice_the_distance);
-    RUN_TEST(test_play_without_a_width_follows);
-    return UNITY_END();
-}
+#include "runners/test_play.inc" // main

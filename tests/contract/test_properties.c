@@ -5,7 +5,6 @@
 #include "unity.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #define SEED  0x7ab5u
@@ -17,10 +16,6 @@ static random_t r;
 void setUp(void)
 {
     r.state = SEED;
-}
-
-void tearDown(void)
-{
 }
 
 /// A force that creeps, ramps, jumps and stands, within +-1 N.
@@ -215,15 +210,4 @@ static void test_loop_stays_within_its_limits_and_finite_over_wild_inputs(void)
     }
 }
 
-int main(void)
-{
-    printf("seed %#x\n", SEED);
-    UNITY_BEGIN();
-    RUN_TEST(test_friction_of_symmetric_params_is_a_mirror_image);
-    RUN_TEST(test_friction_never_exceeds_breakaway_and_q_needs_a_rising_net_force);
-    RUN_TEST(test_friction_after_a_reset_runs_the_same_bit_for_bit);
-    RUN_TEST(test_loop_after_a_reset_runs_the_same_bit_for_bit);
-    RUN_TEST(test_two_loops_do_not_touch_each_other);
-    RUN_TEST(test_loop_stays_within_its_limits_and_finite_over_wild_inputs);
-    return UNITY_END();
-}
+#include "runners/test_properties.inc" // main

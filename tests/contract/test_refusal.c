@@ -32,10 +32,6 @@ void setUp(void)
     config.compensator.friction.table_length = 3;
 }
 
-void tearDown(void)
-{
-}
-
 /// `number` made `value` is refused with `status`, in place `member` of element `index`, for this range.
 static void check(tribo_status_t status,
                   float         *number,
@@ -127,17 +123,4 @@ static void test_a_config_without_room_for_it_is_refused_likewise(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_SECTION_COEFFICIENT, loop_init(&loop, &config));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_refused_section_is_reported_with_its_coefficient);
-    RUN_TEST(test_a_refused_row_of_the_table_is_reported_with_its_number);
-    RUN_TEST(test_a_refused_cascade_is_reported_with_its_first_coefficient);
-#if TRIBO_IS_Q31
-    RUN_TEST(test_a_refused_headroom_is_reported_with_its_first_coefficient);
-    RUN_TEST(test_a_section_that_rounding_makes_unstable_is_said_with_its_coefficient);
-#endif
-    RUN_TEST(test_a_status_of_no_list_has_no_number);
-    RUN_TEST(test_a_config_without_room_for_it_is_refused_likewise);
-    return UNITY_END();
-}
+#include "runners/test_refusal.inc" // main

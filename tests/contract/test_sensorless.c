@@ -60,10 +60,6 @@ void setUp(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(&x));
 }
 
-void tearDown(void)
-{
-}
-
 static double step(blind_t *b, const TRIBO(force_loop, params_t) * params, double r, double y)
 {
     return from_force(TRIBO(force_loop, step)(params, &b->state, to_force(r), to_force(y), &b->signals));
@@ -758,42 +754,4 @@ static void test_an_estimate_takes_nothing_that_is_not_credible_and_heals(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_it_adds_the_believed_part_of_breakaway_against_the_motion_of_r);
-    RUN_TEST(test_directions_and_gravity_of_the_model_are_in_u);
-    RUN_TEST(test_a_lag_of_many_ticks_leads_as_it_should);
-    RUN_TEST(test_friction_changes_its_sign_within_the_jump_time_and_its_lead_is_that_of_the_jump);
-    RUN_TEST(test_neither_y_nor_the_controller_has_a_part_in_u);
-    RUN_TEST(test_mirrored_references_give_mirrored_bits);
-    RUN_TEST(test_friction_keeps_its_sign_while_r_stands);
-    RUN_TEST(test_where_a_motion_is_known_friction_opposes_that);
-    RUN_TEST(test_an_intended_motion_below_its_width_goes_before_any_measured_one);
-    RUN_TEST(test_noise_of_the_reference_widens_a_reversal);
-    RUN_TEST(test_a_motion_that_is_no_number_or_huge_does_no_harm);
-    RUN_TEST(test_of_another_loops_effort_the_rate_is_not_taken);
-    RUN_TEST(test_u_stays_in_its_limits_for_any_input_and_the_controller_does_not_wind_up);
-    RUN_TEST(test_u_goes_on_where_a_sensor_fails_or_comes_back);
-    RUN_TEST(test_other_params_of_the_method_do_not_bump_u);
-    RUN_TEST(test_a_bad_first_reference_waits_and_a_later_one_is_the_last);
-    RUN_TEST(test_entered_beside_a_bad_reference_it_adds_what_was_added);
-    RUN_TEST(test_entered_from_another_method_it_knows_no_motion);
-    RUN_TEST(test_u_goes_on_where_a_sensor_fails_with_a_bad_reading);
-    RUN_TEST(test_a_guard_and_a_log_see_the_friction_of_the_last_tick);
-    RUN_TEST(test_a_corrupt_mode_starts_again);
-#if TRIBO_IS_Q31
-    RUN_TEST(test_no_sum_overflows_at_the_ends_of_the_scale_and_in_a_corrupt_state);
-#else
-    RUN_TEST(test_a_state_that_is_no_number_is_forgotten_and_counted_and_u_goes_on);
-#endif
-    RUN_TEST(test_set_up_refuses_a_belief_out_of_range);
-    RUN_TEST(test_the_force_is_that_of_an_arm_that_sticks_within_its_breakaway);
-    RUN_TEST(test_an_estimate_that_slides_takes_four_steps_a_tick);
-    RUN_TEST(test_an_estimate_starts_at_u);
-    RUN_TEST(test_each_direction_of_the_estimate_has_its_breakaway_and_gravity_moves_both);
-    RUN_TEST(test_a_restart_leaves_nothing_behind);
-    RUN_TEST(test_a_force_follows_u_with_the_lag_of_actuator_and_arm);
-    RUN_TEST(test_an_estimate_takes_nothing_that_is_not_credible_and_heals);
-    return UNITY_END();
-}
+#include "runners/test_sensorless.inc" // main

@@ -18,10 +18,6 @@ void setUp(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init(&loop, &config));
 }
 
-void tearDown(void)
-{
-}
-
 static double tick(int k)
 {
     const double u = loop_step(&loop, 0.5 + 0.1 * sin(k * 0.002), 0.5 + 0.099 * sin(k * 0.002 - 0.01)).u;
@@ -171,14 +167,4 @@ static void test_loop_with_a_flipped_bit_anywhere_in_its_state_keeps_its_limits(
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_corrupt_pointers_in_the_state_are_counted);
-    RUN_TEST(test_loop_with_a_flipped_bit_in_a_count_changes_params);
-    RUN_TEST(test_loop_with_a_flipped_bit_anywhere_in_its_state_keeps_its_limits);
-    RUN_TEST(test_loop_with_a_flipped_bit_in_a_count_or_a_null_table_stays_in_its_params);
-    RUN_TEST(test_loop_with_a_flipped_bit_in_a_limit_gives_a_number);
-    RUN_TEST(test_loop_with_a_flipped_bit_in_its_active_params_goes_on);
-    return UNITY_END();
-}
+#include "runners/test_upsets.inc" // main

@@ -253,10 +253,6 @@ void setUp(void)
     defaults                    = params_default_of(&config);
 }
 
-void tearDown(void)
-{
-}
-
 static void test_the_boards_own_params_run_and_stop(void)
 {
     params.set = defaults;

@@ -12,10 +12,6 @@ void setUp(void)
     reader = (command_reader_t){0};
 }
 
-void tearDown(void)
-{
-}
-
 /// The last command of a text, COMMAND_NONE if there is none.
 static command_t take(const char *text)
 {
@@ -147,18 +143,4 @@ static void test_a_million_random_bytes_do_not_start(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_each_line_is_its_command);
-    RUN_TEST(test_a_single_byte_is_a_stop_or_nothing);
-    RUN_TEST(test_a_stop_acts_within_a_line_and_spoils_it);
-    RUN_TEST(test_half_a_line_ends_with_its_client);
-    RUN_TEST(test_no_line_that_differs_in_a_byte_starts);
-    RUN_TEST(test_no_line_with_a_byte_more_or_less_starts);
-    RUN_TEST(test_a_zero_byte_does_not_end_a_line);
-    RUN_TEST(test_a_long_line_keeps_its_terminator);
-    RUN_TEST(test_a_lost_byte_invalidates_only_its_line);
-    RUN_TEST(test_a_million_random_bytes_do_not_start);
-    return UNITY_END();
-}
+#include "runners/test_command.inc" // main

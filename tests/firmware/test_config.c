@@ -15,10 +15,6 @@ void setUp(void)
     error  = (drive_config_error_t){0};
 }
 
-void tearDown(void)
-{
-}
-
 static void check_refused(const char *field, float value, float low, float high)
 {
     TEST_ASSERT_FALSE_MESSAGE(drive_config_check(&config, &error), field);
@@ -91,13 +87,4 @@ static void test_jitter_and_budget_fit_the_period(void)
     check_refused("budget_us", 1001.0f, 1.0f, 1000.0f);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_defaults_are_within_their_ranges);
-    RUN_TEST(test_every_field_is_refused_beyond_its_range_and_named);
-    RUN_TEST(test_zero_turns_off_only_what_can_be_off);
-    RUN_TEST(test_a_nan_is_refused_wherever_it_is);
-    RUN_TEST(test_jitter_and_budget_fit_the_period);
-    return UNITY_END();
-}
+#include "runners/test_config.inc" // main

@@ -36,10 +36,6 @@ void setUp(void)
     TEST_ASSERT_TRUE(scaling_init(&scaling, &config, &port, &error));
 }
 
-void tearDown(void)
-{
-}
-
 static double newton(loop_force_t force)
 {
     return tribo_force_q31(force, config.full_scale_n) / 2147483648.0 * (double)config.full_scale_n;
@@ -325,23 +321,4 @@ static void test_the_bridges_output_is_in_ampere(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_dead_time_is_never_shorter_than_requested);
-    RUN_TEST(test_the_bridges_output_is_in_ampere);
-    RUN_TEST(test_sensor_has_1638_codes_for_2_n);
-    RUN_TEST(test_codes_near_the_ends_are_not_credible);
-    RUN_TEST(test_rig_and_paper_can_be_run);
-    RUN_TEST(test_sensor_keeps_what_the_mean_has_below_a_code);
-    RUN_TEST(test_command_is_the_nearest_code);
-    RUN_TEST(test_command_ends_at_the_ends_of_the_converter);
-    RUN_TEST(test_scaling_is_its_equation_for_any_rig);
-    RUN_TEST(test_a_loop_is_refused_for_which_a_rail_is_a_reading);
-    RUN_TEST(test_a_loop_is_refused_whose_command_has_no_code);
-    RUN_TEST(test_a_loop_is_refused_that_asks_for_too_much_current);
-    RUN_TEST(test_a_zero_beyond_the_converter_is_refused);
-    RUN_TEST(test_a_unit_without_a_number_is_refused);
-    RUN_TEST(test_what_the_power_stage_shows_is_scaled);
-    return UNITY_END();
-}
+#include "runners/test_convert.inc" // main

@@ -20,10 +20,6 @@ void setUp(void)
     TEST_ASSERT_TRUE(scaling_init(&scaling, &config, &port, &error));
 }
 
-void tearDown(void)
-{
-}
-
 static uint32_t compare_of(double force_n)
 {
     return convert_output(scaling_output(&scaling, board_force(force_n)));
@@ -73,12 +69,4 @@ static void test_what_the_bridge_shows_is_in_milliampere_and_millivolt(void)
     TEST_ASSERT_EQUAL_INT32(-8250, convert_measured(0u, 0u).current_ma);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_force_is_the_share_of_a_period_forward_or_backward);
-    RUN_TEST(test_what_is_beyond_the_range_is_its_end);
-    RUN_TEST(test_the_mean_of_codes_is_a_force);
-    RUN_TEST(test_what_the_bridge_shows_is_in_milliampere_and_millivolt);
-    return UNITY_END();
-}
+#include "runners/test_convert_rp2040.inc" // main

@@ -41,6 +41,8 @@ static void power_up(void)
 /// The sensor here does not follow the command, so the rig's faults are off: they have tests of their own.
 void setUp(void)
 {
+    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_setup(&setup, &paper, BOARD_FULL_SCALE_N));
     config                  = drive_config_default();
     config.period_us        = PERIOD_US;
     config.late_us          = LATE_US;
@@ -940,45 +942,4 @@ static void test_any_number_of_requests_between_two_ticks_is_seen(void)
     }
 }
 
-int main(void)
-{
-    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
-    if (loop_setup(&setup, &paper, BOARD_FULL_SCALE_N) != TRIBO_OK)
-    {
-        return 1;
-    }
-    UNITY_BEGIN();
-    RUN_TEST(test_any_number_of_requests_between_two_ticks_is_seen);
-    RUN_TEST(test_every_fault_at_50_ticks_stops_in_that_tick_and_stays_until_acknowledged);
-    RUN_TEST(test_faults_of_an_idle_drive_are_latched_too);
-    RUN_TEST(test_a_start_in_the_tick_of_a_fault_is_forgotten);
-    RUN_TEST(test_an_acknowledgement_does_nothing_while_the_cause_is_there);
-    RUN_TEST(test_an_acknowledgement_before_the_fault_is_forgotten);
-    RUN_TEST(test_the_first_cause_stays_the_one_that_is_latched);
-    RUN_TEST(test_of_causes_in_one_tick_the_first_of_the_list_is_latched);
-    RUN_TEST(test_a_stuck_sensor_stops_at_50_ticks_once_it_has_not_changed_for_as_long_as_allowed);
-    RUN_TEST(test_a_change_in_the_last_moment_is_not_stuck);
-    RUN_TEST(test_a_still_sensor_may_be_allowed);
-    RUN_TEST(test_jitter_within_its_bound_runs_on_and_is_measured);
-    RUN_TEST(test_a_tick_as_long_as_its_budget_runs_on_and_is_measured);
-    RUN_TEST(test_limits_act_and_do_not_stop);
-    RUN_TEST(test_power_up_turns_everything_off_and_waits);
-    RUN_TEST(test_stop_is_obeyed_in_the_next_tick_and_wins_over_start);
-    RUN_TEST(test_a_start_of_a_running_drive_changes_nothing);
-    RUN_TEST(test_every_start_begins_with_the_loop_at_rest);
-    RUN_TEST(test_the_loop_that_runs_is_the_librarys);
-    RUN_TEST(test_a_failed_self_test_lasts_whatever_is_requested);
-    RUN_TEST(test_after_a_reset_that_nobody_asked_for_the_drive_waits_for_an_acknowledgement);
-    RUN_TEST(test_the_reference_returns_to_0_at_every_stop_fault_and_acknowledgement);
-    RUN_TEST(test_a_reference_lasts_until_the_next_if_it_need_not_be_renewed);
-    RUN_TEST(test_readings_and_outputs_are_scaled_as_the_config_says);
-    RUN_TEST(test_a_tare_makes_the_mean_reading_0_n);
-    RUN_TEST(test_a_tare_is_refused_while_the_drive_runs_or_has_a_fault);
-    RUN_TEST(test_a_start_or_a_fault_ends_a_tare);
-    RUN_TEST(test_a_tare_beyond_its_bound_is_refused);
-    RUN_TEST(test_a_changed_setup_is_used_from_the_next_tick_on);
-    RUN_TEST(test_a_changed_setup_goes_on_without_a_bump);
-    RUN_TEST(test_the_log_reports_each_change_once);
-    RUN_TEST(test_every_fault_has_a_text_of_its_own);
-    return UNITY_END();
-}
+#include "runners/test_drive.inc" // main

@@ -35,10 +35,6 @@ void setUp(void)
     rig.drive_n = rig.angle_deg = rig.speed_deg_per_s = rig.y_n = 0.0;
 }
 
-void tearDown(void)
-{
-}
-
 static void step_rig(double u_n)
 {
     for (int i = 0; i < STEPS; i++)
@@ -128,12 +124,4 @@ static void test_the_largest_commands_saturate(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_it_is_what_the_rig_without_friction_shows);
-    RUN_TEST(test_gravity_is_in_it);
-    RUN_TEST(test_its_poles_are_those_of_the_config);
-    RUN_TEST(test_the_largest_commands_saturate);
-    return UNITY_END();
-}
+#include "runners/test_expected.inc" // main

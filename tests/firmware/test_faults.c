@@ -48,6 +48,14 @@ static void power_up(void)
 
 void setUp(void)
 {
+    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_setup(&loop, &paper, BOARD_FULL_SCALE_N));
+#if DRIVE_FEEDFORWARD
+    const tribo_feedforward_f32_config_t fed              = tribo_feedforward_f32_default();
+    tribo_force_loop_f32_config_t        with_feedforward = paper;
+    with_feedforward.method                               = TRIBO(feedforward, use)(&feedforward.feedforward, &fed);
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_setup(&feedforward, &with_feedforward, BOARD_FULL_SCALE_N));
+#endif
     config           = drive_config_default();
     config.budget_us = 500;
     params           = &loop.params;
@@ -1270,64 +1278,4 @@ static void test_the_boot_report_says_what_is_off(void)
                              board.log);
 }
 
-int main(void)
-{
-    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
-    if (loop_setup(&loop, &paper, BOARD_FULL_SCALE_N) != TRIBO_OK)
-    {
-        return 1;
-    }
-#if DRIVE_FEEDFORWARD
-    const tribo_feedforward_f32_config_t fed              = tribo_feedforward_f32_default();
-    tribo_force_loop_f32_config_t        with_feedforward = paper;
-    with_feedforward.method                               = TRIBO(feedforward, use)(&feedforward.feedforward, &fed);
-    if (loop_setup(&feedforward, &with_feedforward, BOARD_FULL_SCALE_N) != TRIBO_OK)
-    {
-        return 1;
-    }
-#endif
-    UNITY_BEGIN();
-    RUN_TEST(test_a_wrong_sensor_stops_at_50_ticks_within_100_ms);
-    RUN_TEST(test_a_healthy_sensor_runs_on);
-    RUN_TEST(test_the_residual_is_between_y_and_what_u_leads_to_and_its_bound_grows_with_y);
-    RUN_TEST(test_the_residual_lasts_to_the_tick);
-    RUN_TEST(test_a_force_away_from_the_reference_stops_once_it_lasts);
-    RUN_TEST(test_a_loose_contact_stops_within_200_ms);
-    RUN_TEST(test_a_restart_is_no_way_around_a_detector);
-    RUN_TEST(test_after_a_second_at_rest_a_start_forgets_the_previous_run);
-    RUN_TEST(test_what_a_force_comes_to_at_rest_is_expected);
-    RUN_TEST(test_a_force_that_swings_to_and_fro_stops_within_a_second);
-    RUN_TEST(test_motion_that_r_requests_is_not_a_swing);
-    RUN_TEST(test_swings_of_u_and_of_y_are_each_a_fault);
-    RUN_TEST(test_slow_swings_stop_once_u_is_at_its_limits_for_half_of_the_time);
-    RUN_TEST(test_moves_of_long_ago_allow_no_swing);
-    RUN_TEST(test_swings_fill_their_level_by_size_at_any_rate_and_range);
-    RUN_TEST(test_an_arm_that_is_too_fast_stops_in_both_directions_and_where_its_position_wraps);
-    RUN_TEST(test_a_restart_is_no_way_around_the_speed);
-    RUN_TEST(test_a_jump_of_the_arm_stops_at_once);
-    RUN_TEST(test_a_bound_on_speed_needs_a_position);
-    RUN_TEST(test_a_level_that_nothing_can_pass_is_refused);
-    RUN_TEST(test_n_bad_readings_of_m_stop);
-    RUN_TEST(test_readings_that_the_debounce_leaves_out_stop_if_they_are_many);
-    RUN_TEST(test_more_bad_readings_than_ticks_are_refused);
-    RUN_TEST(test_a_command_at_its_limit_stops_at_50_ticks_once_it_lasts);
-    RUN_TEST(test_a_command_at_its_limit_may_be_allowed);
-    RUN_TEST(test_a_reference_that_is_not_renewed_stops_at_50_ticks);
-    RUN_TEST(test_a_host_must_renew_its_reference_unless_the_config_says_otherwise);
-    RUN_TEST(test_only_the_reference_of_a_host_must_be_renewed);
-    RUN_TEST(test_a_host_of_the_last_run_need_not_renew_in_the_next);
-    RUN_TEST(test_without_a_host_the_reference_goes_to_a_safe_one_if_there_is_a_ramp);
-    RUN_TEST(test_without_a_host_the_reference_leaves_however_slow_the_ramp_is);
-    RUN_TEST(test_a_safe_reference_beyond_what_is_credible_is_refused);
-    RUN_TEST(test_an_idle_drive_needs_no_reference);
-    RUN_TEST(test_the_loop_starts_once_the_power_stage_is_ready);
-    RUN_TEST(test_the_ready_input_counts_only_after_the_tick_of_the_start);
-    RUN_TEST(test_a_power_stage_that_does_not_become_ready_stops);
-    RUN_TEST(test_restarts_are_no_way_around_a_power_stage_that_is_not_ready);
-    RUN_TEST(test_a_power_stage_that_is_no_longer_ready_stops_at_50_ticks);
-    RUN_TEST(test_without_a_settle_time_the_ready_input_is_not_read);
-    RUN_TEST(test_a_start_can_be_stopped_and_faults_stop_it);
-    RUN_TEST(test_levels_are_active_as_the_config_says_and_when_they_changed);
-    RUN_TEST(test_the_boot_report_says_what_is_off);
-    return UNITY_END();
-}
+#include "runners/test_faults.inc" // main

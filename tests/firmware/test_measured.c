@@ -23,6 +23,8 @@ static void power_up(void)
 
 void setUp(void)
 {
+    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_setup(&loop, &paper, BOARD_FULL_SCALE_N));
     config                   = drive_config_default();
     config.over_current_a    = 3.0f;
     config.over_current_ms   = 5;
@@ -32,10 +34,6 @@ void setUp(void)
     config.temperature_max_c = 80.0f;
     config.temperature_ms    = 100;
     power_up();
-}
-
-void tearDown(void)
-{
 }
 
 static void tick(void)
@@ -204,20 +202,4 @@ static void test_a_board_without_measurements_is_not_queried(void)
     TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
 }
 
-int main(void)
-{
-    const tribo_force_loop_f32_config_t paper = tribo_force_loop_f32_paper();
-    if (loop_setup(&loop, &paper, BOARD_FULL_SCALE_N) != TRIBO_OK)
-    {
-        return 1;
-    }
-    UNITY_BEGIN();
-    RUN_TEST(test_too_much_current_of_either_sign_stops);
-    RUN_TEST(test_a_supply_outside_its_range_stops);
-    RUN_TEST(test_too_high_a_temperature_stops);
-    RUN_TEST(test_what_comes_and_goes_stops_from_one_in_three_ticks_on);
-    RUN_TEST(test_a_level_of_0_is_off);
-    RUN_TEST(test_a_level_of_a_quantity_the_board_does_not_measure_is_refused);
-    RUN_TEST(test_a_board_without_measurements_is_not_queried);
-    return UNITY_END();
-}
+#include "runners/test_measured.inc" // main

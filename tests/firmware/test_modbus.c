@@ -73,10 +73,6 @@ void setUp(void)
     }
 }
 
-void tearDown(void)
-{
-}
-
 /// Bit by bit, as the specification's appendix describes it.
 static uint16_t slow_crc(const uint8_t *bytes, size_t size)
 {
@@ -677,31 +673,4 @@ static void test_a_million_frames_change_nothing_without_their_crc(void)
     TEST_ASSERT_GREATER_THAN_UINT(FUZZED_FRAMES / 20, map.writes);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_crc_is_that_of_the_specification);
-    RUN_TEST(test_function_3_reads);
-    RUN_TEST(test_function_6_writes_one);
-    RUN_TEST(test_function_16_writes_several);
-    RUN_TEST(test_function_23_writes_and_then_reads);
-    RUN_TEST(test_a_frame_of_the_greatest_size_fits);
-    RUN_TEST(test_wrong_requests_get_the_specifications_exceptions);
-    RUN_TEST(test_what_the_registers_refuse_becomes_their_exception);
-    RUN_TEST(test_a_broadcast_stops_and_does_nothing_else);
-    RUN_TEST(test_a_guest_stops_and_does_nothing_else);
-    RUN_TEST(test_what_is_late_reads_or_stops);
-    RUN_TEST(test_every_other_function_is_illegal);
-    RUN_TEST(test_a_frame_for_another_unit_is_not_ours);
-    RUN_TEST(test_a_silence_of_two_ticks_ends_a_frame);
-    RUN_TEST(test_the_silence_is_of_3_5_characters_at_each_rate);
-    RUN_TEST(test_a_frame_cut_by_silence_is_two_bad_ones);
-    RUN_TEST(test_a_line_error_spoils_its_frame_only);
-    RUN_TEST(test_more_bytes_than_a_frame_has_are_ignored_up_to_a_silence);
-    RUN_TEST(test_what_comes_while_a_frame_is_executed_is_not_mixed_into_it);
-    RUN_TEST(test_what_is_no_frame_is_passed_on_once_it_is_complete_or_counts_as_lost);
-    RUN_TEST(test_what_is_late_and_no_frame_counts_as_lost);
-    RUN_TEST(test_an_answer_leaves_as_the_line_takes_it);
-    RUN_TEST(test_a_million_frames_change_nothing_without_their_crc);
-    return UNITY_END();
-}
+#include "runners/test_modbus.inc" // main

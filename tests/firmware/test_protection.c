@@ -60,10 +60,6 @@ void setUp(void)
     power_up();
 }
 
-void tearDown(void)
-{
-}
-
 static void tick(void)
 {
     board_new_tick(&board);
@@ -827,27 +823,4 @@ static void test_no_sequence_of_one_client_talks_the_drive_out_of_its_protection
     TEST_ASSERT_GREATER_THAN_UINT64(0, client.by_key);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_nothing_that_protects_changes_in_run);
-    RUN_TEST(test_nothing_that_protects_changes_at_rest_while_it_is_locked);
-    RUN_TEST(test_what_tunes_changes_in_run_without_a_key);
-    RUN_TEST(test_a_change_at_rest_with_the_key_is_counted_and_kept);
-    RUN_TEST(test_no_key_turns_a_sign_a_level_or_the_clock);
-    RUN_TEST(test_of_a_set_that_changes_much_the_last_changes_are_kept);
-    RUN_TEST(test_the_key_lasts_for_a_minute);
-    RUN_TEST(test_a_start_and_every_other_value_lock);
-    RUN_TEST(test_a_key_comes_too_late_after_a_requested_start);
-    RUN_TEST(test_the_sign_of_the_controller_does_not_turn_in_run);
-    RUN_TEST(test_the_sign_does_not_turn_behind_a_section_without_b2);
-    RUN_TEST(test_no_key_goes_beyond_the_boards_ceiling);
-    RUN_TEST(test_a_store_beyond_the_boards_ceiling_is_not_used);
-    RUN_TEST(test_defaults_beyond_the_boards_ceiling_are_a_fault);
-    RUN_TEST(test_a_host_can_compute_the_crc_of_the_protection_params);
-    RUN_TEST(test_a_tare_is_no_change_of_what_protects);
-    RUN_TEST(test_the_zero_does_not_walk_beyond_its_ceiling_by_tares);
-    RUN_TEST(test_params_that_change_by_themselves_stop_the_drive_for_good);
-    RUN_TEST(test_no_sequence_of_one_client_talks_the_drive_out_of_its_protection);
-    return UNITY_END();
-}
+#include "runners/test_protection.inc" // main

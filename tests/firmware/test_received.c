@@ -12,10 +12,6 @@ void setUp(void)
     ring = (received_t){.in = 0};
 }
 
-void tearDown(void)
-{
-}
-
 static void put(uint32_t from, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++)
@@ -75,12 +71,4 @@ static void test_a_stop_is_taken_once_also_where_its_count_wraps(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_bytes_come_in_their_order_also_where_the_ring_and_its_indices_wrap);
-    RUN_TEST(test_a_full_ring_is_no_error_and_one_byte_more_is);
-    RUN_TEST(test_a_bad_byte_drops_the_received_bytes_and_is_reported_once);
-    RUN_TEST(test_a_stop_is_taken_once_also_where_its_count_wraps);
-    return UNITY_END();
-}
+#include "runners/test_received.inc" // main

@@ -54,10 +54,6 @@ void setUp(void)
     power_up();
 }
 
-void tearDown(void)
-{
-}
-
 static double in_newton(loop_force_t x)
 {
     return (double)scaling_value(x, BOARD_FULL_SCALE_N);
@@ -1582,70 +1578,4 @@ static void test_a_trace_out_of_range_is_refused(void)
     command(REGISTERS_TRACE);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_defaults_with_a_period_that_is_none_are_refused_and_can_be_read);
-    RUN_TEST(test_defaults_are_the_papers_loop);
-#if DRIVE_FEEDFORWARD
-    RUN_TEST(test_a_pole_is_reported_once);
-    RUN_TEST(test_a_loop_without_a_sensor_is_taken_over);
-#endif
-    RUN_TEST(test_the_layout_is_that_of_the_lists);
-    RUN_TEST(test_every_word_of_both_sets_has_its_register);
-    RUN_TEST(test_a_set_is_swapped_in_run_without_a_bump);
-    RUN_TEST(test_a_refused_field_is_named_with_its_range);
-    RUN_TEST(test_a_position_reference_reaches_the_drive_by_itself);
-    RUN_TEST(test_fields_that_do_not_fit_each_other_are_refused);
-    RUN_TEST(test_a_refusal_names_the_section_the_point_and_the_direction);
-#if DRIVE_FEEDFORWARD
-    RUN_TEST(test_the_method_changes_in_run_without_a_bump);
-    RUN_TEST(test_the_guard_fades_what_hunts_until_it_is_restored);
-    RUN_TEST(test_a_guard_that_is_turned_off_lets_friction_back_without_a_bump);
-    RUN_TEST(test_a_guard_that_is_off_refuses_nothing);
-    RUN_TEST(test_the_method_changes_in_a_slide_and_in_mid_stick_without_a_bump);
-    RUN_TEST(test_the_method_changes_without_a_bump_while_friction_is_faded);
-    RUN_TEST(test_what_is_learned_is_in_registers);
-    RUN_TEST(test_no_client_says_whether_there_is_a_sensor);
-    RUN_TEST(test_saved_params_of_a_board_with_another_sensor_are_waited_for);
-    RUN_TEST(test_a_drive_without_a_sensor_learns_and_forgets);
-    RUN_TEST(test_friction_that_does_harm_is_fed_back_and_says_so_once);
-    RUN_TEST(test_a_memory_that_was_corrupt_is_counted);
-    RUN_TEST(test_no_register_of_the_compensation_moves);
-    RUN_TEST(test_learning_that_stays_at_its_bound_is_a_warning_until_it_is_restored);
-#else
-    RUN_TEST(test_the_feed_forward_is_absent);
-#endif
-    RUN_TEST(test_the_period_stays_that_of_the_board);
-    RUN_TEST(test_the_full_scale_stays_in_run);
-    RUN_TEST(test_the_full_scale_stays_once_a_start_is_asked_for);
-    RUN_TEST(test_a_breakaway_table_is_used);
-    RUN_TEST(test_half_a_register_is_neither_written_nor_half_a_frame);
-    RUN_TEST(test_a_reference_beyond_what_is_credible_is_refused);
-    RUN_TEST(test_an_implausible_reference_is_refused);
-    RUN_TEST(test_words_in_another_order_are_mostly_refused);
-    RUN_TEST(test_an_implausible_param_is_refused);
-    RUN_TEST(test_a_set_with_an_implausible_number_is_refused);
-    RUN_TEST(test_a_silent_bus_is_the_fault_of_the_reference);
-    RUN_TEST(test_commands_act_in_their_states);
-    RUN_TEST(test_saved_params_are_those_of_the_next_power_up);
-    RUN_TEST(test_a_start_just_before_a_save_prevents_it);
-    RUN_TEST(test_what_came_during_a_save_does_not_start);
-    RUN_TEST(test_a_stop_acts_while_a_save_waits);
-    RUN_TEST(test_those_who_may_only_stop_do_nothing_else);
-    RUN_TEST(test_the_key_and_a_staged_set_end_with_their_client);
-    RUN_TEST(test_a_client_that_asks_now_and_then_keeps_its_set);
-    RUN_TEST(test_a_storm_of_saves_erases_little);
-    RUN_TEST(test_a_tare_is_saved);
-    RUN_TEST(test_a_damaged_store_is_reported_and_needs_a_new_set);
-    RUN_TEST(test_a_store_of_other_firmware_is_reported_and_needs_a_new_set);
-#if DRIVE_FEEDFORWARD
-    RUN_TEST(test_an_old_set_of_the_feed_forward_is_reported_and_needs_a_new_set);
-#endif
-    RUN_TEST(test_saved_params_that_the_board_refuses_are_reported_and_need_a_new_set);
-    RUN_TEST(test_a_failed_self_test_comes_before_the_store);
-    RUN_TEST(test_a_fault_keeps_200_ticks_before_it);
-    RUN_TEST(test_a_trace_is_read_while_the_drive_runs);
-    RUN_TEST(test_a_trace_out_of_range_is_refused);
-    return UNITY_END();
-}
+#include "runners/test_registers.inc" // main

@@ -6,14 +6,6 @@
 
 #include <string.h>
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 // --- image ---------------------------------------------------------------------------------------------------------
 
 static uint8_t image[512];
@@ -197,20 +189,4 @@ static void test_the_whole_self_test_returns_the_first_fault(void)
     TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_IMAGE, selftest_run(&seal, image, memory, 0));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_crc32_has_its_check_value);
-    RUN_TEST(test_image_as_sealed_passes);
-    RUN_TEST(test_image_with_any_bit_flipped_fails);
-    RUN_TEST(test_image_that_is_not_sealed_fails);
-    RUN_TEST(test_good_ram_passes_and_keeps_its_contents);
-    RUN_TEST(test_ram_with_any_bit_stuck_fails);
-    RUN_TEST(test_ram_with_two_neighbouring_bits_shorted_fails);
-    RUN_TEST(test_ram_with_any_address_line_missing_fails);
-    RUN_TEST(test_no_ram_at_all_fails);
-    RUN_TEST(test_golden_vector_of_the_loop_passes);
-    RUN_TEST(test_the_whole_self_test_passes_and_restores_the_ram);
-    RUN_TEST(test_the_whole_self_test_returns_the_first_fault);
-    return UNITY_END();
-}
+#include "runners/test_selftest.inc" // main

@@ -503,28 +503,4 @@ static void test_an_encoder_that_stands_still_changes_nothing(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, learned, learned_n(TRIBO_BREAKAWAY_POSITIVE));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_level_of_a_sensor_that_there_is_not_is_refused);
-    RUN_TEST(test_the_range_of_a_sensor_that_there_is_not_does_not_matter);
-    RUN_TEST(test_a_position_that_the_board_does_not_measure_is_refused);
-    RUN_TEST(test_no_client_takes_the_sensor_away_or_gives_one);
-    RUN_TEST(test_a_silent_or_implausible_sensor_is_not_judged);
-    RUN_TEST(test_there_is_no_tare);
-    RUN_TEST(test_friction_is_fed_against_the_motion_of_r);
-    RUN_TEST(test_friction_opposes_the_measured_motion);
-    RUN_TEST(test_where_the_arm_is_at_the_start_is_no_motion);
-    RUN_TEST(test_a_start_in_the_first_tick_is_no_motion);
-    RUN_TEST(test_a_move_while_the_power_stage_is_off_is_no_motion);
-    RUN_TEST(test_the_first_position_that_a_host_tells_is_no_motion);
-    RUN_TEST(test_a_position_is_gone_to_over_some_ticks);
-    RUN_TEST(test_a_jump_of_the_position_has_its_sign);
-    RUN_TEST(test_a_drive_with_a_sensor_does_not_use_the_motion);
-    RUN_TEST(test_wild_positions_move_u_by_no_more_than_friction);
-    RUN_TEST(test_less_than_a_width_is_no_motion);
-    RUN_TEST(test_breakaway_is_learned_next_to_a_position_loop);
-    RUN_TEST(test_what_is_learned_outlasts_a_stop_until_it_is_forgotten);
-    RUN_TEST(test_an_encoder_that_stands_still_changes_nothing);
-    return UNITY_END();
-}
+#include "runners/test_sensorless.inc" // main

@@ -110,10 +110,6 @@ void setUp(void)
     chip.erasable = SECTOR_WORDS;
 }
 
-void tearDown(void)
-{
-}
-
 typedef struct
 {
     uint32_t words[RECORD_MAX];
@@ -427,21 +423,4 @@ static void test_an_interrupted_erasure_brings_no_record_of_a_damaged_store_back
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_an_erased_store_is_empty_and_stays_so);
-    RUN_TEST(test_records_alternate_between_the_sectors);
-    RUN_TEST(test_a_record_that_is_the_last_one_costs_no_erasure);
-    RUN_TEST(test_numbers_wrap);
-    RUN_TEST(test_a_record_of_other_firmware_is_not_taken);
-    RUN_TEST(test_a_record_that_has_no_room_is_refused);
-    RUN_TEST(test_flash_that_does_not_take_a_write_leaves_the_last_record);
-    RUN_TEST(test_a_word_that_takes_no_write_is_found);
-    RUN_TEST(test_every_status_has_a_text);
-    RUN_TEST(test_a_power_failure_leaves_the_old_record_or_the_new);
-    RUN_TEST(test_one_rotten_bit_never_brings_an_older_record_back);
-    RUN_TEST(test_rotten_bits_never_bring_a_wrong_record);
-    RUN_TEST(test_an_interrupted_erasure_brings_no_record_of_a_damaged_store_back);
-    return UNITY_END();
-}
+#include "runners/test_store.inc" // main

@@ -283,17 +283,4 @@ static void test_a_setup_out_of_range_changes_nothing(void)
     TEST_ASSERT_EQUAL_UINT32(0, trace.count);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_fault_keeps_what_was_before_it);
-    RUN_TEST(test_a_fault_that_was_there_before_is_no_trigger);
-    RUN_TEST(test_a_level_is_reached_from_its_side_only);
-    RUN_TEST(test_a_reversal_is_a_turn_not_a_start_or_a_rest);
-    RUN_TEST(test_decimation_takes_every_nth_tick);
-    RUN_TEST(test_a_running_trace_is_read_as_long_as_it_holds_a_sample);
-    RUN_TEST(test_numbers_of_samples_wrap);
-    RUN_TEST(test_channels_that_do_not_fill_the_ring_evenly);
-    RUN_TEST(test_a_setup_out_of_range_changes_nothing);
-    return UNITY_END();
-}
+#include "runners/test_trace.inc" // main

@@ -38,10 +38,6 @@ void setUp(void)
 #undef OTHER
 }
 
-void tearDown(void)
-{
-}
-
 /// The bytes between members are the same in all.
 static loop_setup_t *set_up(loop_setup_t *setup, const tribo_force_loop_f32_config_t *from)
 {
@@ -202,15 +198,4 @@ static void test_a_number_beyond_full_scale_is_not_credible_and_full_scale_is(vo
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_every_field_of_the_loops_config_arrives);
-    RUN_TEST(test_a_breakaway_table_arrives);
-    RUN_TEST(test_a_length_without_a_table_is_refused_at_the_other_end_too);
-    RUN_TEST(test_more_sections_than_fit_are_refused_at_the_other_end_too);
-    RUN_TEST(test_the_drives_own_config_arrives);
-    RUN_TEST(test_signals_become_words_in_the_order_of_the_self_test);
-    RUN_TEST(test_a_number_beyond_full_scale_is_not_credible_and_full_scale_is);
-    return UNITY_END();
-}
+#include "runners/test_wire.inc" // main

@@ -14,14 +14,6 @@
 static rig_t   rig;
 static learn_t learn;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static double truth(double force)
 {
     return 0.007 + 0.3 * force;
@@ -162,11 +154,4 @@ static void test_friction_of_the_slides_is_learned_within_5_percent_where_the_ar
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_breakaway_30_percent_off_is_learned_within_5_after_four_reversals);
-    RUN_TEST(test_learned_breakaway_is_swapped_into_the_papers_compensator);
-    RUN_TEST(test_friction_of_the_slides_is_learned_within_5_percent_where_the_arm_creeps);
-    return UNITY_END();
-}
+#include "runners/test_learning_alone.inc" // main

@@ -466,20 +466,4 @@ static void test_the_heartbeat_has_an_edge_each_so_many_ticks_while_all_is_well(
     TEST_ASSERT_EQUAL_INT(0, edges_of_ticks(12));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_power_stages_channels_are_read_in_turn);
-    RUN_TEST(test_a_counter_is_the_arms_position);
-    RUN_TEST(test_a_power_stage_without_readiness_signal_is_not_queried);
-    RUN_TEST(test_enable_goes_off_before_the_output);
-    RUN_TEST(test_a_killed_loop_is_off_at_once_though_its_output_blocks);
-    RUN_TEST(test_a_loop_that_its_output_blocks_is_off_before_it_comes_back);
-    RUN_TEST(test_an_enable_that_stays_high_refuses_the_start);
-    RUN_TEST(test_an_enable_pin_that_reads_other_than_set_is_a_fault);
-    RUN_TEST(test_a_chip_that_does_not_read_outputs_goes_without);
-    RUN_TEST(test_a_stage_that_is_ready_though_off_refuses_the_start);
-    RUN_TEST(test_ready_must_fall_within_its_time);
-    RUN_TEST(test_the_heartbeat_has_an_edge_each_so_many_ticks_while_all_is_well);
-    return UNITY_END();
-}
+#include "runners/test_board.inc" // main

@@ -416,16 +416,4 @@ static void test_a_store_that_cannot_be_read_is_not_empty(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_set_is_read_back);
-    RUN_TEST(test_a_cut_leaves_the_old_set_or_the_new_one);
-    RUN_TEST(test_10000_reordered_cuts_find_no_damage);
-    RUN_TEST(test_a_save_of_what_is_saved_writes_nothing);
-    RUN_TEST(test_a_file_that_takes_nothing_keeps_its_set);
-    RUN_TEST(test_a_mark_may_rot);
-    RUN_TEST(test_a_file_that_is_not_a_store_is_refused);
-    RUN_TEST(test_a_store_that_cannot_be_read_is_not_empty);
-    return UNITY_END();
-}
+#include "runners/test_params_file.inc" // main

@@ -6,14 +6,6 @@
 
 #include <string.h>
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void test_a_bin_ends_below_its_power_of_two(void)
 {
     histogram_t histogram = {.total = 0};
@@ -67,13 +59,4 @@ static void test_a_missing_cpu_is_refused_with_its_key(void)
                                  strlen("realtime.cpu: value 1048576: must be a CPU that this process may run on"));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_bin_ends_below_its_power_of_two);
-    RUN_TEST(test_quantiles_are_those_of_what_was_added);
-    RUN_TEST(test_no_time_is_too_long_or_before_zero);
-    RUN_TEST(test_a_sleep_ends_when_it_is_due);
-    RUN_TEST(test_a_missing_cpu_is_refused_with_its_key);
-    return UNITY_END();
-}
+#include "runners/test_realtime.inc" // main

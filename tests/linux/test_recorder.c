@@ -257,17 +257,4 @@ static void test_a_file_that_cannot_be_made_is_named(void)
     TEST_ASSERT_EQUAL_STRING("--log /nowhere/log.csv: No such file or directory", error.text);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_all_rows_come_in_order);
-    RUN_TEST(test_a_disk_that_stalls_costs_rows_not_time);
-    RUN_TEST(test_an_unread_pipe_does_not_delay_the_end);
-    RUN_TEST(test_a_slow_reader_gets_the_whole_output);
-    RUN_TEST(test_a_pipe_without_a_reader_is_refused);
-    RUN_TEST(test_a_disk_without_room_for_the_head_is_reported);
-    RUN_TEST(test_a_full_disk_is_reported_at_its_start_and_at_its_end);
-    RUN_TEST(test_a_full_disk_loses_only_the_rows_it_did_not_take);
-    RUN_TEST(test_a_file_that_cannot_be_made_is_named);
-    return UNITY_END();
-}
+#include "runners/test_recorder.inc" // main

@@ -19,10 +19,6 @@ void setUp(void)
     count = 0;
 }
 
-void tearDown(void)
-{
-}
-
 static void take(bool is_silent)
 {
     rtu_frame_t frame;
@@ -301,16 +297,4 @@ static void test_a_frame_of_the_greatest_size_is_found(void)
     TEST_ASSERT_EQUAL_size_t(256, found[0].length);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_frames_are_found_in_any_pieces);
-    RUN_TEST(test_after_noise_of_any_length_the_next_request_is_found);
-    RUN_TEST(test_after_noise_another_units_values_are_no_frames);
-    RUN_TEST(test_without_a_silence_old_requests_are_not_awaited);
-    RUN_TEST(test_half_a_frame_is_dropped_at_a_silence);
-    RUN_TEST(test_a_frame_with_a_wrong_crc_is_ignored);
-    RUN_TEST(test_what_came_before_is_late_and_what_comes_after_is_not);
-    RUN_TEST(test_a_frame_of_the_greatest_size_is_found);
-    return UNITY_END();
-}
+#include "runners/test_rtu.inc" // main

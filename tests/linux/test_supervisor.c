@@ -271,18 +271,4 @@ static void test_a_watchdog_that_takes_no_timeout_is_refused_and_disarmed(void)
     check_refused("watchdog: %s: does not accept a timeout of 3 s (watchdog_s): Inappropriate ioctl for device");
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_an_end_is_passed_on);
-    RUN_TEST(test_a_killed_loop_is_turned_off);
-    RUN_TEST(test_a_stopped_loop_is_turned_off_and_ended);
-    RUN_TEST(test_a_loop_at_rest_needs_no_heartbeat);
-    RUN_TEST(test_a_signal_to_the_supervisor_reaches_the_loop);
-    RUN_TEST(test_without_its_supervisor_the_loop_ends);
-    RUN_TEST(test_the_watchdog_is_fed_and_disarmed);
-    RUN_TEST(test_a_watchdog_that_is_not_there_is_named);
-    RUN_TEST(test_a_watchdog_with_another_timeout_is_refused_and_disarmed);
-    RUN_TEST(test_a_watchdog_that_takes_no_timeout_is_refused_and_disarmed);
-    return UNITY_END();
-}
+#include "runners/test_supervisor.inc" // main

@@ -125,12 +125,4 @@ static void test_what_is_always_interrupted_fails(void)
     interrupted = 0;
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_whole_numbers_are_read);
-    RUN_TEST(test_half_a_number_is_not_a_number);
-    RUN_TEST(test_what_a_signal_interrupts_is_repeated);
-    RUN_TEST(test_what_is_always_interrupted_fails);
-    return UNITY_END();
-}
+#include "runners/test_text_file.inc" // main

@@ -19,14 +19,6 @@ static void stop(int number)
     stops  = stops + 1;
 }
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void test_no_stop_is_swallowed_whenever_it_comes(void)
 {
     const struct itimerval every = {.it_interval = {0, 50}, .it_value = {0, 50}};
@@ -45,9 +37,4 @@ static void test_no_stop_is_swallowed_whenever_it_comes(void)
     TEST_ASSERT_EQUAL_INT(0, swallowed);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_no_stop_is_swallowed_whenever_it_comes);
-    return UNITY_END();
-}
+#include "runners/test_trip.inc" // main

@@ -77,12 +77,4 @@ static void test_presliding_is_a_spring_that_does_not_drift(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.0, rig_drift(&rig, 0.1));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_breakaway_rises_with_the_time_at_rest);
-    RUN_TEST(test_steady_friction_follows_the_stribeck_curve);
-    RUN_TEST(test_friction_remembers_speed);
-    RUN_TEST(test_presliding_is_a_spring_that_does_not_drift);
-    return UNITY_END();
-}
+#include "runners/test_armstrong.inc" // main

@@ -57,11 +57,4 @@ static void test_without_the_slow_part_it_is_dahls(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3 * L, L * (1.0 - exp(-x / (0.3 * 0.003))), rig_slide_by(&slide, x, 0.001, 1e-4));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_friction_peaks_at_breakaway_and_falls_along_the_path);
-    RUN_TEST(test_it_is_rate_independent);
-    RUN_TEST(test_without_the_slow_part_it_is_dahls);
-    return UNITY_END();
-}
+#include "runners/test_bliman_sorine.inc" // main

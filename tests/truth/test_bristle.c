@@ -82,12 +82,4 @@ static void test_small_presliding_is_a_spring(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, -0.3 * 1e-3, rig_slide_by(&slide, -5e-5, 1e-3, 1e-4));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_sliding_is_noisy_about_breakaway);
-    RUN_TEST(test_it_is_rate_independent_without_damping);
-    RUN_TEST(test_another_seed_is_another_noise);
-    RUN_TEST(test_small_presliding_is_a_spring);
-    return UNITY_END();
-}
+#include "runners/test_bristle.inc" // main

@@ -12,10 +12,6 @@ void setUp(void)
     rig_init(&rig, &sim_coulomb_truth);
 }
 
-void tearDown(void)
-{
-}
-
 static void test_it_stands_to_the_last_bit_inside_breakaway(void)
 {
     TEST_ASSERT_TRUE(rig_drift(&rig, 0.1) == 0.0);
@@ -65,12 +61,4 @@ static void test_friction_of_sliding_may_fall_with_speed(void)
     rig_slide_end(&slide);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_it_stands_to_the_last_bit_inside_breakaway);
-    RUN_TEST(test_it_breaks_away_at_breakaway_in_both_directions);
-    RUN_TEST(test_friction_of_sliding_does_not_depend_on_speed);
-    RUN_TEST(test_friction_of_sliding_may_fall_with_speed);
-    return UNITY_END();
-}
+#include "runners/test_coulomb.inc" // main

@@ -6,14 +6,6 @@
 #include <stdio.h>
 #include <string.h>
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void compare(const rig_t *rig, const rig_ramp_t *ramps, unsigned count)
 {
     cvode_cost_t           cost       = {0};
@@ -146,15 +138,4 @@ static void test_both_of_cvodes_methods_give_the_same(void)
     TEST_ASSERT_TRUE(stiff > 0.1);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_every_model_agrees_with_cvode_to_1_percent_of_force);
-    RUN_TEST(test_every_model_agrees_on_slow_ramps);
-    RUN_TEST(test_every_model_agrees_on_jumps);
-    RUN_TEST(test_every_model_agrees_with_asymmetry_gravity_and_a_table);
-    RUN_TEST(test_models_with_a_stribeck_effect_agree);
-    RUN_TEST(test_every_parameter_agrees);
-    RUN_TEST(test_both_of_cvodes_methods_give_the_same);
-    return UNITY_END();
-}
+#include "runners/test_cvode.inc" // main

@@ -44,12 +44,4 @@ static void test_it_drifts_in_presliding(void)
     TEST_ASSERT_TRUE(drift > 1e-3);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_loop_is_exponential_in_position);
-    RUN_TEST(test_the_loop_does_not_depend_on_speed);
-    RUN_TEST(test_friction_of_sliding_is_breakaway_at_any_speed);
-    RUN_TEST(test_it_drifts_in_presliding);
-    return UNITY_END();
-}
+#include "runners/test_dahl.inc" // main

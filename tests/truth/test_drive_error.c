@@ -14,10 +14,6 @@ void setUp(void)
     rig_init(&rig, &sim_coulomb_truth);
 }
 
-void tearDown(void)
-{
-}
-
 /// F after `seconds` at constant u, from rest.
 static double settled(const sim_drive_error_t *error, double u_n, double seconds)
 {
@@ -134,13 +130,4 @@ static void test_every_model_agrees_with_cvode_under_ripple_and_command_errors(v
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_scale_and_bias_are_those_of_the_command);
-    RUN_TEST(test_no_error_changes_nothing);
-    RUN_TEST(test_ripple_is_a_force_periodic_in_position);
-    RUN_TEST(test_the_plants_arm_feels_the_ripple);
-    RUN_TEST(test_every_model_agrees_with_cvode_under_ripple_and_command_errors);
-    return UNITY_END();
-}
+#include "runners/test_drive_error.inc" // main

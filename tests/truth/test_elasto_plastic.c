@@ -44,12 +44,4 @@ static void test_sliding_follows_the_stribeck_curve(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_it_does_not_drift_in_presliding);
-    RUN_TEST(test_it_drifts_with_a_low_elastic_limit);
-    RUN_TEST(test_presliding_below_the_limit_is_a_spring);
-    RUN_TEST(test_sliding_follows_the_stribeck_curve);
-    return UNITY_END();
-}
+#include "runners/test_elasto_plastic.inc" // main

@@ -17,10 +17,6 @@ void setUp(void)
     random_state = (random_t){1};
 }
 
-void tearDown(void)
-{
-}
-
 /// In units of the last place of the result.
 static double error_ulp(double found, long double expected)
 {
@@ -114,15 +110,4 @@ static void test_pow_is_within_0_9_ulp(void)
     TEST_ASSERT_TRUE(isinf(common_pow(0.0, -1.0)) && isnan(common_pow(-1.0, 2.0)) && common_pow(10.0, -400.0) == 0.0);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_long_double_is_the_better_number);
-    RUN_TEST(test_exp_is_within_0_9_ulp);
-    RUN_TEST(test_expm1_is_within_0_9_ulp);
-    RUN_TEST(test_tanh_is_within_0_9_ulp);
-    RUN_TEST(test_sin_and_cos_are_within_0_9_ulp);
-    RUN_TEST(test_log_is_within_0_9_ulp);
-    RUN_TEST(test_pow_is_within_0_9_ulp);
-    return UNITY_END();
-}
+#include "runners/test_elementary.inc" // main

@@ -13,10 +13,6 @@ void setUp(void)
     rig_init(&rig, &sim_karnopp_truth);
 }
 
-void tearDown(void)
-{
-}
-
 static void test_it_stands_to_the_last_bit_inside_breakaway(void)
 {
     TEST_ASSERT_TRUE(rig_drift(&rig, 0.1) == 0.0);
@@ -79,11 +75,4 @@ static void test_a_slow_rise_goes_in_jumps_when_breakaway_exceeds_sliding(void)
     TEST_ASSERT_TRUE(jumps.stood_s < 6.0); // to breakaway, 0.05 N at 0.01 N/s
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_it_stands_to_the_last_bit_inside_breakaway);
-    RUN_TEST(test_no_motion_is_slower_than_the_dead_zone);
-    RUN_TEST(test_a_slow_rise_goes_in_jumps_when_breakaway_exceeds_sliding);
-    return UNITY_END();
-}
+#include "runners/test_karnopp.inc" // main

@@ -51,12 +51,4 @@ static void test_drift_falls_with_the_exponent(void)
     TEST_ASSERT_TRUE(fabs(sharp) < 0.1 * fabs(blunt));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_an_inner_loop_closes_and_is_forgotten);
-    RUN_TEST(test_presliding_starts_with_the_stiffness_of_all_elements);
-    RUN_TEST(test_steady_friction_follows_the_stribeck_curve);
-    RUN_TEST(test_drift_falls_with_the_exponent);
-    return UNITY_END();
-}
+#include "runners/test_leuven.inc" // main

@@ -114,12 +114,4 @@ static void test_the_film_obeys_its_integrals_in_both_directions(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_steady_friction_falls_with_speed_and_rises_with_the_film);
-    RUN_TEST(test_breakaway_from_rest_is_that_of_the_load);
-    RUN_TEST(test_friction_remembers_speed);
-    RUN_TEST(test_the_film_obeys_its_integrals_in_both_directions);
-    return UNITY_END();
-}
+#include "runners/test_lubricated.inc" // main

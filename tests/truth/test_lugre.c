@@ -155,16 +155,4 @@ static void test_bristles_that_are_bent_too_far_are_solved_as_well(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_steady_friction_follows_the_stribeck_curve);
-    RUN_TEST(test_friction_lags_speed);
-    RUN_TEST(test_breakaway_falls_with_the_rate_of_force);
-    RUN_TEST(test_it_drifts_in_presliding);
-    RUN_TEST(test_with_the_papers_parameters_no_transition_is_gradual);
-    RUN_TEST(test_without_its_limit_viscous_friction_adds_to_breakaway);
-    RUN_TEST(test_bristles_that_stiffen_need_the_same_way_at_each_load);
-    RUN_TEST(test_bristles_that_are_bent_too_far_are_solved_as_well);
-    return UNITY_END();
-}
+#include "runners/test_lugre.inc" // main

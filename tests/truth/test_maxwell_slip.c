@@ -104,16 +104,4 @@ static void test_a_smaller_exponent_has_more_friction_at_once(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_an_inner_loop_closes_and_is_forgotten);
-    RUN_TEST(test_a_branch_is_the_first_curve_at_twice_the_scale);
-    RUN_TEST(test_presliding_does_not_depend_on_speed);
-    RUN_TEST(test_steady_friction_follows_the_stribeck_curve);
-    RUN_TEST(test_friction_lags_speed);
-    RUN_TEST(test_it_does_not_drift_in_presliding);
-    RUN_TEST(test_bristles_that_stiffen_need_the_same_way_at_each_load);
-    RUN_TEST(test_a_smaller_exponent_has_more_friction_at_once);
-    return UNITY_END();
-}
+#include "runners/test_maxwell_slip.inc" // main

@@ -14,10 +14,6 @@ void setUp(void)
     rig_init(&rig, &sim_paper_truth);
 }
 
-void tearDown(void)
-{
-}
-
 static void become(const char *name)
 {
     const sim_paper_variant_t *variant = sim_paper_variant_find(name);
@@ -109,17 +105,4 @@ static void test_a_rise_too_slow_for_the_curve_agrees_with_cvode(void)
     TEST_ASSERT_TRUE(cost.events < 100);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_step_1_of_section_3_does_not_feel_the_drive);
-    RUN_TEST(test_saturation_alone_is_sharp);
-    RUN_TEST(test_without_switching_the_transition_is_gradual_from_anywhere);
-    RUN_TEST(test_without_relays_the_transition_is_gradual_from_deep_and_shallow);
-    RUN_TEST(test_with_relays_it_is_gradual_from_deep_and_sharp_from_shallow);
-    RUN_TEST(test_constant_k_lifts_the_force_more_the_slower_it_is_and_k_of_v_hardly);
-    RUN_TEST(test_a_smaller_k_has_a_wider_gap);
-    RUN_TEST(test_every_variant_agrees_with_cvode);
-    RUN_TEST(test_a_rise_too_slow_for_the_curve_agrees_with_cvode);
-    return UNITY_END();
-}
+#include "runners/test_paper.inc" // main

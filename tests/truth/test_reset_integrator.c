@@ -32,11 +32,4 @@ static void test_it_does_not_drift_in_presliding(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.0, rig_drift(&rig, 0.1));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_presliding_is_a_spring_up_to_breakaway_and_then_friction_falls);
-    RUN_TEST(test_on_the_way_back_the_bond_holds_again_at_once);
-    RUN_TEST(test_it_does_not_drift_in_presliding);
-    return UNITY_END();
-}
+#include "runners/test_reset_integrator.inc" // main

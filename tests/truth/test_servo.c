@@ -8,14 +8,6 @@
 
 static rig_t rig;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 typedef struct
 {
     const sim_truth_ops_t *truth;
@@ -72,11 +64,4 @@ static void test_the_scale_makes_newtons_of_newton_metres(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.3 - 0.5 * 0.1134 - 0.0288 * 0.01 / 3.84, force);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_breakaway_is_the_base_and_a_part_of_the_load);
-    RUN_TEST(test_it_stands_to_the_last_bit_inside_breakaway);
-    RUN_TEST(test_the_scale_makes_newtons_of_newton_metres);
-    return UNITY_END();
-}
+#include "runners/test_servo.inc" // main

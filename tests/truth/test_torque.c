@@ -12,10 +12,6 @@ void setUp(void)
     rig_init(&rig, &sim_torque_truth);
 }
 
-void tearDown(void)
-{
-}
-
 static void test_it_does_not_drift_in_presliding(void)
 {
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, rig_drift(&rig, 0.1));
@@ -37,11 +33,4 @@ static void test_sliding_friction_is_breakaway_of_the_load(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.6 - 0.0288 * rate / 3.84, force + 0.007 + 0.3 * force);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_it_does_not_drift_in_presliding);
-    RUN_TEST(test_a_rise_after_a_deep_fall_does_not_lift_the_force_before_breakaway);
-    RUN_TEST(test_sliding_friction_is_breakaway_of_the_load);
-    return UNITY_END();
-}
+#include "runners/test_torque.inc" // main

@@ -164,14 +164,4 @@ static void test_models_are_mirror_images_of_themselves(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_scenario_chooses_each_model_by_its_own_name);
-    RUN_TEST(test_rows_of_parameters_are_sound);
-    RUN_TEST(test_a_scenarios_defaults_are_those_of_the_rows);
-    RUN_TEST(test_all_models_slide_with_breakaway_of_the_load);
-    RUN_TEST(test_no_input_makes_a_model_diverge);
-    RUN_TEST(test_models_are_mirror_images_of_themselves);
-    return UNITY_END();
-}
+#include "runners/test_truths.inc" // main

@@ -27,10 +27,6 @@ void setUp(void)
     tribo_arm_f32_reset(&state);
 }
 
-void tearDown(void)
-{
-}
-
 static float step(float drive_n)
 {
     tribo_arm_f32_step(&params, &state, drive_n);
@@ -180,15 +176,4 @@ static void test_arm_init_takes_no_null(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_arm_f32_init(&params, NULL, H));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_arm_discretisation_is_exact_for_the_papers_arm);
-    RUN_TEST(test_arm_discretisation_holds_from_slow_to_stiff_and_overdamped);
-    RUN_TEST(test_arm_stays_finite_when_its_resonance_is_driven_with_all_there_is);
-    RUN_TEST(test_arm_comes_back_from_a_lost_state);
-    RUN_TEST(test_arm_is_held_at_the_largest_force_and_comes_back);
-    RUN_TEST(test_arm_init_refuses_an_arm_too_fast_or_too_slow_for_the_sample_time);
-    RUN_TEST(test_arm_init_takes_no_null);
-    return UNITY_END();
-}
+#include "runners/test_arm_f32.inc" // main

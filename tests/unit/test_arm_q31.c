@@ -38,10 +38,6 @@ void setUp(void)
     init(H);
 }
 
-void tearDown(void)
-{
-}
-
 /// The end of the range on the side of `sign`.
 static int32_t end_of(int sign)
 {
@@ -391,25 +387,4 @@ static void test_arm_clamps_from_full_scale_on(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_arm_has_the_coefficients_of_its_twin);
-    RUN_TEST(test_arm_follows_its_equation_to_a_few_bits);
-    RUN_TEST(test_arm_loses_nothing_of_a_slow_push);
-    RUN_TEST(test_arm_saturates_at_full_scale_and_counts);
-    RUN_TEST(test_arm_init_refuses_what_it_cannot_hold_or_what_never_rests);
-    RUN_TEST(test_arm_init_leaves_room_for_the_sum_of_its_products);
-    RUN_TEST(test_arm_init_takes_an_arm_as_slow_as_its_twin_does);
-    RUN_TEST(test_arm_init_accepts_exactly_what_is_stable);
-    RUN_TEST(test_arm_does_not_pass_full_scale_by_a_bit);
-    RUN_TEST(test_arm_moves_in_mirror_image_to_the_last_bit);
-    RUN_TEST(test_arm_rounds_towards_zero_to_the_last_bit);
-    RUN_TEST(test_arm_clamps_from_full_scale_on);
-    RUN_TEST(test_arm_clamps_on_the_side_that_it_is_driven_to);
-    RUN_TEST(test_arm_init_never_accepts_what_does_not_die_away);
-    RUN_TEST(test_arm_init_refuses_what_rounds_to_no_damping);
-    RUN_TEST(test_arm_init_takes_the_largest_shift_that_fits);
-    RUN_TEST(test_arm_init_takes_no_null);
-    return UNITY_END();
-}
+#include "runners/test_arm_q31.inc" // main

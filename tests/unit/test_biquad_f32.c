@@ -17,10 +17,6 @@ void setUp(void)
     tribo_biquad_f32_reset(&state);
 }
 
-void tearDown(void)
-{
-}
-
 static void init(const tribo_biquad_f32_section_t *sections, uint32_t count)
 {
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, sections, count, NULL));
@@ -184,14 +180,4 @@ static void test_biquad_init_checks_count_pointers_and_coefficients(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_biquad_f32_init(&params, sections, 4, NULL));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_biquad_keeps_a_slow_pole_to_1e_6_of_its_time_constant);
-    RUN_TEST(test_biquad_integrates_what_is_far_below_its_last_digit);
-    RUN_TEST(test_biquad_change_to_the_same_params_changes_nothing);
-    RUN_TEST(test_biquad_restart_puts_the_cascade_to_rest_and_is_counted);
-    RUN_TEST(test_biquad_init_accepts_exactly_the_stable_sections);
-    RUN_TEST(test_biquad_init_checks_count_pointers_and_coefficients);
-    return UNITY_END();
-}
+#include "runners/test_biquad_f32.inc" // main

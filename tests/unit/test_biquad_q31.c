@@ -25,10 +25,6 @@ void setUp(void)
     tribo_biquad_q31_reset(&state);
 }
 
-void tearDown(void)
-{
-}
-
 /// `count` sections that give nothing and forget nothing but what they gave: a1 = 1.
 static tribo_biquad_q31_params_t blank(uint32_t count)
 {
@@ -750,31 +746,4 @@ static void test_biquad_forgets_a_lost_w1(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_biquad_is_its_equation_to_a_few_bits_of_its_node);
-    RUN_TEST(test_biquad_one_section_is_exact_to_its_rounding);
-    RUN_TEST(test_biquad_signal_to_noise_at_low_corner_frequencies);
-    RUN_TEST(test_biquad_gain_at_rest_is_exact_for_as_long_as_it_runs);
-    RUN_TEST(test_biquad_carries_what_the_input_scale_drops);
-    RUN_TEST(test_biquad_integrates_as_a_counter_does);
-    RUN_TEST(test_biquad_output_stays_in_the_symmetric_range);
-    RUN_TEST(test_biquad_sections_keep_their_own_rests);
-    RUN_TEST(test_biquad_comes_to_rest_at_zero_input);
-    RUN_TEST(test_biquad_of_the_papers_controller_comes_to_rest_within_a_bit);
-    RUN_TEST(test_biquad_headroom_holds_the_worst_input_and_no_more_than_that);
-    RUN_TEST(test_biquad_step_saturates_its_output_and_counts);
-    RUN_TEST(test_biquad_saturates_at_each_node_that_was_given_too_little_room);
-    RUN_TEST(test_biquad_keeps_a_lost_state_in_range_and_recovers);
-    RUN_TEST(test_biquad_advances_as_if_the_corrected_input_had_come);
-    RUN_TEST(test_biquad_change_keeps_the_output_and_its_slope);
-    RUN_TEST(test_biquad_change_clamps_what_the_new_params_cannot_hold);
-    RUN_TEST(test_biquad_feeds_back_by_both_words_of_d2);
-    RUN_TEST(test_biquad_finds_each_w2_that_is_lost);
-    RUN_TEST(test_biquad_forgets_a_lost_w1);
-    RUN_TEST(test_biquad_headroom_is_that_of_the_numbers_that_run);
-    RUN_TEST(test_biquad_takes_a_peak_up_to_2_to_the_24_and_no_further);
-    RUN_TEST(test_biquad_limit_cycles_are_what_rounding_makes_of_the_poles);
-    return UNITY_END();
-}
+#include "runners/test_biquad_q31.inc" // main

@@ -21,10 +21,6 @@ void setUp(void)
     tribo_compensator_f32_reset(&state);
 }
 
-void tearDown(void)
-{
-}
-
 static void test_compensator_rides_out_a_bad_input(void)
 {
     for (int k = 0; k < 1000; k++)
@@ -64,11 +60,4 @@ static void test_compensator_init_checks_pointers(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_ERR_NULL, tribo_compensator_f32_init(&params, NULL, H));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_compensator_rides_out_a_bad_input);
-    RUN_TEST(test_compensator_init_checks_pointers);
-    RUN_TEST(test_compensator_restarts_the_arm_from_a_corrupt_force);
-    return UNITY_END();
-}
+#include "runners/test_compensator_f32.inc" // main

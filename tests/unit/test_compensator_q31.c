@@ -21,10 +21,6 @@ void setUp(void)
     tribo_compensator_q31_reset(&state);
 }
 
-void tearDown(void)
-{
-}
-
 static void test_compensator_stands_wherever_full_scale_inputs_take_it(void)
 {
     for (int k = 0; k < 20000; k++)
@@ -64,10 +60,4 @@ static void test_compensator_init_refuses_what_q31_alone_cannot_hold(void)
     check_refused(TRIBO_ERR_GRAVITY, 1e-3f, 2.0f);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_compensator_stands_wherever_full_scale_inputs_take_it);
-    RUN_TEST(test_compensator_init_refuses_what_q31_alone_cannot_hold);
-    return UNITY_END();
-}
+#include "runners/test_compensator_q31.inc" // main

@@ -40,10 +40,6 @@ void setUp(void)
     init(paper, 2);
 }
 
-void tearDown(void)
-{
-}
-
 static float step(float e, float feedforward)
 {
     return controller_f32_step(&params, &state, e, feedforward, &seen);
@@ -267,16 +263,4 @@ static void test_controller_init_refuses_cascades_that_it_cannot_run(void)
     check_refused(TRIBO_ERR_ANTI_WINDUP); // an integrator that its own zero hides from the output
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_controller_takes_the_largest_stable_conditioning);
-    RUN_TEST(test_controller_keeps_a_conditioning_only_while_it_is_stable);
-    RUN_TEST(test_controller_finds_an_anti_windup_for_any_stable_cascade);
-    RUN_TEST(test_controller_change_takes_bad_numbers_for_zero);
-    RUN_TEST(test_controller_starts_again_when_its_state_is_lost);
-    RUN_TEST(test_controller_init_checks_every_field);
-    RUN_TEST(test_controller_init_refuses_cascades_that_it_cannot_run);
-    RUN_TEST(test_controller_reset_clears_its_counters);
-    return UNITY_END();
-}
+#include "runners/test_controller_f32.inc" // main

@@ -40,10 +40,6 @@ void setUp(void)
     init(paper, 2);
 }
 
-void tearDown(void)
-{
-}
-
 static int32_t q31(double force_n)
 {
     return (int32_t)round(force_n / (double)FULL_SCALE * 2147483648.0);
@@ -707,25 +703,4 @@ static void test_controller_signals_hold_the_u_that_it_returns(void)
     TEST_ASSERT_TRUE(at_a_limit > 10u && at_a_limit < 190u);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_controller_is_that_of_double_after_a_limit);
-    RUN_TEST(test_controller_bounds_what_a_limit_takes_at_any_gain);
-    RUN_TEST(test_controller_headroom_holds_for_full_scale_inputs_at_its_limits);
-    RUN_TEST(test_controller_takes_whatever_an_input_can_be);
-    RUN_TEST(test_controller_corrects_towards_a_limit_of_0_from_the_very_end);
-    RUN_TEST(test_controller_bounds_a_correction_and_counts);
-    RUN_TEST(test_controller_takes_the_very_most_without_counting);
-    RUN_TEST(test_controller_limits_what_a_lost_state_gives);
-    RUN_TEST(test_controller_sums_what_is_beyond_full_scale_alone);
-    RUN_TEST(test_controller_limits_exactly_the_sum);
-    RUN_TEST(test_controller_formats_are_the_least_that_hold_the_peaks);
-    RUN_TEST(test_controller_headroom_bounds_slow_responses);
-    RUN_TEST(test_controller_headroom_bounds_modes_that_almost_cancel);
-    RUN_TEST(test_controller_set_up_pauses);
-    RUN_TEST(test_controller_coefficients_stay_within_4);
-    RUN_TEST(test_controller_signals_hold_the_u_that_it_returns);
-    RUN_TEST(test_controller_takes_peaks_up_to_2_to_the_24_and_no_further);
-    return UNITY_END();
-}
+#include "runners/test_controller_q31.inc" // main

@@ -10,10 +10,6 @@ void setUp(void)
     edge_reset(&edge, 0);
 }
 
-void tearDown(void)
-{
-}
-
 static void test_edge_gives_the_golden_pulses_for_an_input_that_toggles_fast(void)
 {
     csv_t csv;
@@ -81,14 +77,4 @@ static void test_edge_stays_inside_its_line_when_width_or_head_are_out_of_range(
     TEST_ASSERT_EQUAL_UINT8(0, edge_step(&edge, 0, 1));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_edge_gives_the_golden_pulses_for_an_input_that_toggles_fast);
-    RUN_TEST(test_edge_makes_a_pulse_of_every_width);
-    RUN_TEST(test_edge_sees_no_rise_in_a_line_that_rested_high);
-    RUN_TEST(test_edge_keeps_its_eight_inputs_apart);
-    RUN_TEST(test_edge_keeps_the_past_when_the_width_changes);
-    RUN_TEST(test_edge_stays_inside_its_line_when_width_or_head_are_out_of_range);
-    return UNITY_END();
-}
+#include "runners/test_edge.inc" // main

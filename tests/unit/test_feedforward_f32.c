@@ -35,10 +35,6 @@ void setUp(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
 }
 
-void tearDown(void)
-{
-}
-
 /// B is 0.157 N here, tau 12.5 ms: the numbers of docs/feedforward.md.
 static void test_the_papers_rig_has_the_numbers_of_the_design(void)
 {
@@ -312,20 +308,4 @@ static void test_a_lack_is_taken_once(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_papers_rig_has_the_numbers_of_the_design);
-    RUN_TEST(test_the_bound_of_inputs_scales_nothing);
-    RUN_TEST(test_what_is_given_is_not_derived);
-    RUN_TEST(test_a_slow_tick_lengthens_times);
-    RUN_TEST(test_feedforward_init_names_the_field);
-    RUN_TEST(test_a_bad_entry_counts_as_0);
-    RUN_TEST(test_what_was_learned_at_a_bad_force_is_that_at_0);
-    RUN_TEST(test_a_state_that_is_no_number_starts_anew_or_heals);
-    RUN_TEST(test_a_sample_that_is_no_number_teaches_nothing);
-    RUN_TEST(test_forgetting_leaves_the_prior);
-    RUN_TEST(test_slides_are_taken_by_their_gain);
-    RUN_TEST(test_a_lack_is_taken_once);
-    return UNITY_END();
-}
+#include "runners/test_feedforward_f32.inc" // main

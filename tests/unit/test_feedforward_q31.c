@@ -50,10 +50,6 @@ void setUp(void)
     init_loop();
 }
 
-void tearDown(void)
-{
-}
-
 static void check(float *field, float value, tribo_status_t status)
 {
     const tribo_feedforward_q31_params_t before = params;
@@ -244,19 +240,4 @@ static void test_what_does_not_run_adds_no_friction(void)
     TEST_ASSERT_EQUAL_INT32(0, memory.state.tick.friction);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_feedforward_init_names_the_field);
-    RUN_TEST(test_the_offset_is_bounded_by_four_inputs_or_full_scale);
-    RUN_TEST(test_a_lag_of_many_ticks_leads_as_it_should);
-    RUN_TEST(test_what_was_learned_ends_at_full_scale);
-    RUN_TEST(test_no_sum_overflows_at_the_ends_of_the_scale);
-    RUN_TEST(test_no_sum_overflows_with_flipped_bits);
-    RUN_TEST(test_words_round_towards_zero_and_saturate);
-    RUN_TEST(test_a_soft_heavily_damped_arm_is_refused);
-    RUN_TEST(test_the_width_of_a_step_ends_where_the_rate_does);
-    RUN_TEST(test_what_does_not_run_adds_no_friction);
-    RUN_TEST(test_the_last_bits_of_inputs_mirror_too);
-    return UNITY_END();
-}
+#include "runners/test_feedforward_q31.inc" // main

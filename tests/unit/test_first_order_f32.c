@@ -4,14 +4,6 @@
 
 #include <math.h>
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void test_part_of_a_pole_is_exact_to_a_few_bits(void)
 {
     for (float x = 1.0e-9f; x <= 50.0f; x *= 1.37f) // pole times tick
@@ -23,9 +15,4 @@ static void test_part_of_a_pole_is_exact_to_a_few_bits(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-8, -expm1(-0.055), (double)first_order_f32_part(0.055f));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_part_of_a_pole_is_exact_to_a_few_bits);
-    return UNITY_END();
-}
+#include "runners/test_first_order_f32.inc" // main

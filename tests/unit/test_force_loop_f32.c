@@ -21,10 +21,6 @@ void setUp(void)
     (void)tribo_force_loop_f32_start(&state, &params, false);
 }
 
-void tearDown(void)
-{
-}
-
 // --- what must never happen --------------------------------------------------------------------------------------
 
 static void test_loop_takes_whatever_is_no_credible_number_for_a_bad_input(void)
@@ -248,17 +244,4 @@ static void test_loop_init_makes_its_guard_and_refuses_a_part_of_q31(void)
     check_refused(TRIBO_ERR_PART);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_loop_takes_whatever_is_no_credible_number_for_a_bad_input);
-    RUN_TEST(test_loop_recovers_from_forces_beyond_its_model);
-    RUN_TEST(test_loop_recovers_from_a_corrupt_force_with_and_without_a_change_of_params);
-    RUN_TEST(test_loop_takes_inputs_to_the_end_of_their_range_and_denormals);
-    RUN_TEST(test_loop_init_refuses_the_papers_controller_at_another_sample_time);
-    RUN_TEST(test_a_config_for_a_rig_is_refused_until_what_matters_is_given);
-    RUN_TEST(test_loop_init_checks_every_field_and_passes_on_what_its_parts_refuse);
-    RUN_TEST(test_loop_with_a_feedforward_init_writes_nothing_unless_ok);
-    RUN_TEST(test_loop_init_makes_its_guard_and_refuses_a_part_of_q31);
-    return UNITY_END();
-}
+#include "runners/test_force_loop_f32.inc" // main

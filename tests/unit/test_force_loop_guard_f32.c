@@ -23,10 +23,6 @@ void setUp(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_start(&loop, &params, false));
 }
 
-void tearDown(void)
-{
-}
-
 static void tick(double r, double y)
 {
     (void)tribo_force_loop_f32_step(&params, &loop, (float)(r), (float)(y), &signals);
@@ -82,11 +78,4 @@ static void test_a_corrupt_memory_beside_a_bad_reading_gives_no_error(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, signals.e_n);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_corrupt_friction_is_not_judged);
-    RUN_TEST(test_a_corrupt_memory_leaves_the_controller_alone_and_the_guard_no_friction);
-    RUN_TEST(test_a_corrupt_memory_beside_a_bad_reading_gives_no_error);
-    return UNITY_END();
-}
+#include "runners/test_force_loop_guard_f32.inc" // main

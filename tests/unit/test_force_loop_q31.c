@@ -28,10 +28,6 @@ void setUp(void)
     (void)tribo_force_loop_q31_start(&state, &params, false);
 }
 
-void tearDown(void)
-{
-}
-
 static int32_t q31(double force_n)
 {
     return (int32_t)round(force_n / (double)FULL_SCALE * 2147483648.0);
@@ -170,14 +166,4 @@ static void test_loop_reset_clears_the_counts_of_saturations(void)
     TEST_ASSERT_EQUAL_UINT32(0, state.compensator.arm.saturated);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_loop_takes_inputs_up_to_the_largest_credible_one);
-    RUN_TEST(test_loop_saturates_an_error_and_a_feedforward_beyond_full_scale);
-    RUN_TEST(test_loop_stays_within_its_limits_whatever_comes);
-    RUN_TEST(test_loop_reset_clears_the_counts_of_saturations);
-    RUN_TEST(test_loop_with_a_feedforward_init_writes_nothing_unless_ok);
-    RUN_TEST(test_loop_init_makes_its_guard_and_refuses_a_part_of_f32);
-    return UNITY_END();
-}
+#include "runners/test_force_loop_q31.inc" // main

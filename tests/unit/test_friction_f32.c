@@ -30,10 +30,6 @@ void setUp(void)
     tribo_friction_f32_reset(&state);
 }
 
-void tearDown(void)
-{
-}
-
 static float step(float u, float F)
 {
     return tribo_friction_f32_step(&params, &state, u, F, &seen);
@@ -281,18 +277,4 @@ static void test_friction_init_rounds_the_pulse_width_to_samples(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_friction_curves_are_as_close_as_their_header_says);
-    RUN_TEST(test_friction_counts_no_net_force_as_positive);
-    RUN_TEST(test_friction_holds_n_over_a_bad_input_counts_it_and_goes_on);
-    RUN_TEST(test_friction_takes_denormals_and_the_largest_forces);
-    RUN_TEST(test_friction_counter_stops_at_its_end);
-    RUN_TEST(test_friction_init_takes_each_field_to_the_ends_of_its_range_and_no_further);
-    RUN_TEST(test_friction_init_checks_sample_time_and_pointers);
-    RUN_TEST(test_friction_init_checks_the_table);
-    RUN_TEST(test_friction_init_rounds_the_pulse_width_to_samples);
-    RUN_TEST(test_friction_counts_no_net_force_as_positive_whatever_the_signs_of_its_zeros);
-    return UNITY_END();
-}
+#include "runners/test_friction_f32.inc" // main

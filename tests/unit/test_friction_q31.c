@@ -42,10 +42,6 @@ void setUp(void)
     init();
 }
 
-void tearDown(void)
-{
-}
-
 static int32_t q31(double force_n)
 {
     return (int32_t)round(force_n / (double)FULL_SCALE * 2147483648.0);
@@ -392,20 +388,4 @@ static void test_friction_breakaway_ends_at_full_scale(void)
     }
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_friction_curve_is_as_close_as_its_header_says);
-    RUN_TEST(test_friction_curve_of_a_small_breakaway_is_as_close_as_its_header_says);
-    RUN_TEST(test_friction_k_of_v_is_as_close_as_its_header_says);
-    RUN_TEST(test_friction_takes_k_of_v_to_the_ends_of_its_params);
-    RUN_TEST(test_friction_of_symmetric_params_is_a_mirror_image_to_the_last_bit);
-    RUN_TEST(test_friction_saturates_net_force_and_breakaway_at_full_scale);
-    RUN_TEST(test_friction_relays_are_those_of_its_comparators);
-    RUN_TEST(test_friction_takes_a_rise_of_a_bit_for_a_rise);
-    RUN_TEST(test_friction_is_at_its_breakaway_however_far_beyond_n_is);
-    RUN_TEST(test_friction_breakaway_ends_at_full_scale);
-    RUN_TEST(test_friction_init_rounds_levels_to_the_nearest_unit);
-    RUN_TEST(test_friction_init_rounds_forces_to_the_nearest_unit_of_either_sign);
-    return UNITY_END();
-}
+#include "runners/test_friction_q31.inc" // main

@@ -21,10 +21,6 @@ void setUp(void)
     tribo_guard_f32_reset(&guard);
 }
 
-void tearDown(void)
-{
-}
-
 /// `swings` in which f goes from one side to the other in `ticks`, and y with it by `swing_n` against `asked_n` of r.
 static void swing(int swings, int ticks, float swing_n, float asked_n)
 {
@@ -71,10 +67,4 @@ static void test_a_corrupt_state_recovers(void)
     TEST_ASSERT_TRUE(guard.fade >= 0.0f && guard.fade < 1.0f);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_bad_inputs_are_not_judged);
-    RUN_TEST(test_a_corrupt_state_recovers);
-    return UNITY_END();
-}
+#include "runners/test_guard_f32.inc" // main

@@ -24,10 +24,6 @@ void setUp(void)
     tribo_guard_q31_reset(&guard);
 }
 
-void tearDown(void)
-{
-}
-
 static int32_t q31(double force_n)
 {
     return (int32_t)lround(force_n / FS * 2147483648.0);
@@ -137,11 +133,4 @@ static void test_set_up_refuses_what_it_cannot_hold(void)
     check(&config.stray_n, 2.0f, TRIBO_ERR_GUARD_STRAY);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_guard_decides_as_its_twin_and_mirrors);
-    RUN_TEST(test_full_scale_swings_of_the_longest_swing_fit);
-    RUN_TEST(test_set_up_refuses_what_it_cannot_hold);
-    return UNITY_END();
-}
+#include "runners/test_guard_q31.inc" // main

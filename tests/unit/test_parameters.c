@@ -12,14 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 typedef struct
 {
     unsigned    number;
@@ -154,14 +146,4 @@ static void test_the_version_is_the_projects(void)
     TEST_ASSERT_EQUAL_STRING(TRIBO_PROJECT_VERSION, TRIBO_VERSION_STRING);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_no_released_register_moves);
-    RUN_TEST(test_registers_follow_each_other_in_three_blocks);
-    RUN_TEST(test_every_default_is_in_its_range);
-    RUN_TEST(test_the_ends_of_a_range_are_in_it_and_a_nan_is_not);
-    RUN_TEST(test_a_whole_number_is_checked_as_one);
-    RUN_TEST(test_the_version_is_the_projects);
-    return UNITY_END();
-}
+#include "runners/test_parameters.inc" // main

@@ -6,14 +6,6 @@
 
 #define MOST (INT32_C(1) << 30)
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void test_play_moves_over_the_whole_range(void)
 {
     tribo_play_q31_state_t play;
@@ -39,10 +31,4 @@ static void test_play_starts_within_the_range(void)
     TEST_ASSERT_EQUAL_INT32(0, play.sign);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_play_moves_over_the_whole_range);
-    RUN_TEST(test_play_starts_within_the_range);
-    return UNITY_END();
-}
+#include "runners/test_play_q31.inc" // main

@@ -12,10 +12,6 @@ void setUp(void)
     saturated = 0;
 }
 
-void tearDown(void)
-{
-}
-
 static void test_q31_saturates_to_a_symmetric_range_and_counts(void)
 {
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, tribo_q31_saturate(INT32_MAX, &saturated));
@@ -220,18 +216,4 @@ static void test_q31_constants_are_in_parts_of_full_scale(void)
     TEST_ASSERT_EQUAL_INT32(0, TRIBO_Q31(0, 2.0));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_q31_saturates_to_a_symmetric_range_and_counts);
-    RUN_TEST(test_q31_sums_saturate_and_count);
-    RUN_TEST(test_q31_products_are_exact);
-    RUN_TEST(test_q31_widens_to_the_end_of_its_range);
-    RUN_TEST(test_q31_magnitude_fits_whatever_the_number);
-    RUN_TEST(test_q31_shift_to_zero_treats_both_signs_alike);
-    RUN_TEST(test_q31_leading_zeros_of_every_length);
-    RUN_TEST(test_q31_ratio_is_as_close_as_its_header_says);
-    RUN_TEST(test_q31_constants_are_in_parts_of_full_scale);
-    RUN_TEST(test_q31_narrows_as_64_bits_do);
-    return UNITY_END();
-}
+#include "runners/test_q31.inc" // main

@@ -30,10 +30,6 @@ void setUp(void)
     }
 }
 
-void tearDown(void)
-{
-}
-
 /// Everything that the set-up of a loop may write.
 typedef struct
 {
@@ -484,24 +480,4 @@ static void test_quantize_keeps_every_bit_of_a_slow_pole(void)
     TEST_ASSERT_TRUE(runs > 30);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_quantize_takes_a_full_scale_from_1e_3_to_1e6);
-    RUN_TEST(test_quantize_checks_pointers);
-    RUN_TEST(test_quantize_says_what_the_f32_functions_say);
-    RUN_TEST(test_quantize_takes_forces_up_to_full_scale);
-    RUN_TEST(test_quantize_takes_a_breakaway_from_1e_6_of_full_scale_to_almost_all_of_it);
-    RUN_TEST(test_quantize_checks_the_table_and_copies_it);
-    RUN_TEST(test_quantize_refuses_a_rate_law_finer_than_a_bit_a_tick);
-    RUN_TEST(test_quantize_refuses_peaks_without_a_bound_or_beyond_2_to_the_24);
-    RUN_TEST(test_quantize_bounds_the_tail_of_a_slow_pole);
-    RUN_TEST(test_quantize_bounds_the_tail_of_two_slow_poles);
-    RUN_TEST(test_quantize_takes_integrators_in_a_controller);
-    RUN_TEST(test_quantize_checks_the_numbers_that_will_run);
-    RUN_TEST(test_quantize_takes_poles_near_z_minus_1);
-    RUN_TEST(test_quantize_takes_the_papers_loop_at_many_sample_times_and_full_scales);
-    RUN_TEST(test_quantize_rounds_both_signs_alike);
-    RUN_TEST(test_quantize_keeps_every_bit_of_a_slow_pole);
-    return UNITY_END();
-}
+#include "runners/test_quantize_q31.inc" // main

@@ -11,10 +11,6 @@ void setUp(void)
     relay_reset(&relay);
 }
 
-void tearDown(void)
-{
-}
-
 #define REST (TRIBO_RELAY_SET1 | TRIBO_RELAY_SET2) // both comparators rest high
 
 static void test_relay_starts_low_and_stays_low_at_rest(void)
@@ -114,16 +110,4 @@ static void test_relay_forgets_what_cannot_be(void)
     TEST_ASSERT_EQUAL_UINT8(TRIBO_RELAY_Q2, latch.held);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_relay_starts_low_and_stays_low_at_rest);
-    RUN_TEST(test_relay_2_arms_when_its_set_event_rises_and_holds);
-    RUN_TEST(test_relay_1_is_the_mirror_image);
-    RUN_TEST(test_relay_disarms_on_its_reset_event_and_holds);
-    RUN_TEST(test_relay_samples_the_set_pulse_only_when_its_trigger_rises);
-    RUN_TEST(test_relay_misses_a_reset_while_its_set_pulse_still_stands);
-    RUN_TEST(test_relay_ignores_events_that_it_does_not_know);
-    RUN_TEST(test_relay_forgets_what_cannot_be);
-    return UNITY_END();
-}
+#include "runners/test_relay.inc" // main

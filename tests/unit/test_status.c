@@ -3,14 +3,6 @@
 
 #include <string.h>
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static void test_every_status_names_its_field_and_range_once(void)
 {
     for (int i = TRIBO_OK; i < TRIBO_STATUS_COUNT; i++)
@@ -49,12 +41,4 @@ static void test_an_unknown_status_has_a_text_too(void)
     TEST_ASSERT_EQUAL_STRING("unknown status", tribo_status_text(TRIBO_STATUS_COUNT));
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_every_status_names_its_field_and_range_once);
-    RUN_TEST(test_a_text_has_the_unit_and_the_condition_where_there_are_any);
-    RUN_TEST(test_a_text_says_which_direction);
-    RUN_TEST(test_an_unknown_status_has_a_text_too);
-    return UNITY_END();
-}
+#include "runners/test_status.inc" // main
