@@ -17,7 +17,6 @@ compensation_truth_t compensation_nominal(void)
 {
     return (compensation_truth_t){.breakaway_positive = 1.0,
                                   .breakaway_negative = 1.0,
-                                  .stiffness          = 1.0,
                                   .actuator_gain      = 1.0,
                                   .noise_seed         = 1,
                                   .settle_s           = 1.0};
@@ -53,7 +52,6 @@ static void open_rig(rig_t *rig, const compensation_truth_t *truth)
     breakaway->negative_slope            = (common_optional_t){true, truth->breakaway_negative * breakaway->slope};
     breakaway->offset_n *= truth->breakaway_positive;
     breakaway->slope *= truth->breakaway_positive;
-    rig->config.truth.arm.stiffness *= truth->stiffness;
     rig->gain                  = truth->actuator_gain;
     rig->environment_n         = truth->environment_n;
     rig->environment_rad_per_s = 2.0 * 3.14159265358979 * truth->environment_hz;
@@ -64,10 +62,7 @@ static void open_rig(rig_t *rig, const compensation_truth_t *truth)
     rig->friction_n            = 0.0;
     rig->plant                 = sim_plant_create(&rig->config, &sim_paper_truth);
     TEST_ASSERT_NOT_NULL(rig->plant);
-    const sim_sensor_config_t sensor = {.noise_n        = truth->noise_n,
-                                        .noise_seed     = truth->noise_seed,
-                                        .quantisation_n = truth->quantisation_n,
-                                        .delay_s        = truth->delay_s};
+    const sim_sensor_config_t sensor = {.noise_n = truth->noise_n, .noise_seed = truth->noise_seed};
     TEST_ASSERT_TRUE(sim_sensor_init(&rig->sensor, &sensor, rig->config.step_s));
 }
 
@@ -190,7 +185,6 @@ compensation_result_t compensation_run(compensation_t                        met
         {
             const double counted = k >= settle ? error : 0.0;
             result.first_rms += counted * counted;
-            result.first_peak = fmax(result.first_peak, fabs(counted));
         }
         else
         {

@@ -18,12 +18,9 @@ typedef enum
 typedef struct
 {
     double   breakaway_positive, breakaway_negative; // times the model's
-    double   stiffness;                              // times the model's
     double   actuator_gain;
     double   noise_n;
     uint64_t noise_seed;
-    double   delay_s;
-    double   quantisation_n;
     double   environment_n, environment_hz; // amplitude of its movement times the stiffness, and frequency
     double   push_n, push_s, push_time_s;   // a force on the arm, from when and for how long
     double   settle_s;                      // start from rest: this part of the run does not count
@@ -34,8 +31,8 @@ typedef double (*compensation_reference_t)(const void *context, double t);
 
 typedef struct
 {
-    double rms, peak, variation;  // of r - F, of r - F, total variation of u, over the second part of the run
-    double first_rms, first_peak; // of r - F, over the first part
+    double rms, peak, variation; // of r - F, of r - F, total variation of u, over the second part of the run
+    double first_rms;            // of r - F, over the first part
     // The feed-forward's L in slides of the second part: mean difference from the plant's friction there, largest one from
     // the truth's L, as fractions.
     double friction_off, breakaway_off;

@@ -1,5 +1,5 @@
 // The benchmark with the feed-forward, and the cases where the paper's method is better. The figures are the design's;
-// compensation_study prints many more.
+// research/bench-compensation measures many more.
 
 #include "compensation.h"
 #include "unity.h"

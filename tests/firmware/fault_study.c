@@ -4,8 +4,6 @@
 //
 //     fault_study_f32 broken RIGS [SEED]      worst time from the break to a command of 0, as a table in Markdown
 //     fault_study_f32 healthy HOURS [SEED]    false stops in HOURS of each method, none expected
-//     fault_study_f32 steps RIGS [SEED]       the largest step from rest that stops none
-//     fault_study_f32 still RIGS [SEED]       for how long a healthy force stays where it was: so long a frozen sensor is right
 //     fault_study_f32 check                   a little of the first two; fails where a target is missed
 
 #include "app/drive.h"
@@ -524,98 +522,6 @@ static unsigned study_healthy(double hours, uint64_t seed)
     return stops;
 }
 
-// --- steps ---------------------------------------------------------------------------------------------------------
-
-static bool survives(const method_t *method, double step_n, unsigned rigs, uint64_t seed)
-{
-    static rig_t rig;
-    bool         runs = true;
-    for (unsigned i = 0; runs && i < rigs; i++)
-    {
-        open_rig(&rig, method, (truth_t)(i % TRUTHS), 0.8 + 0.4 * i / rigs, seed + i);
-        while (runs && rig.tick < 2000u)
-        {
-            runs = advance(&rig, step_n);
-        }
-        close_rig(&rig);
-    }
-    return runs;
-}
-
-static void study_steps(unsigned rigs, uint64_t seed)
-{
-    for (unsigned m = 0; m < METHODS; m++)
-    {
-        unsigned tenths = 0;
-        while (tenths < 19u && survives(&methods[m], 0.1 * (tenths + 1u), rigs, seed))
-        {
-            tenths++;
-        }
-        printf("%s, %s: a step from rest up to %.1f N stops none of %u rigs\n",
-               TRIBO_ARITHMETIC,
-               methods[m].name,
-               0.1 * tenths,
-               rigs);
-    }
-}
-
-// --- still ---------------------------------------------------------------------------------------------------------
-
-static int compare_times(const void *a, const void *b)
-{
-    const uint32_t left  = *(const uint32_t *)a;
-    const uint32_t right = *(const uint32_t *)b;
-    return (left > right) - (left < right);
-}
-
-static double triangle_n(const rig_t *rig)
-{
-    static const part_t benchmark = {.kind = TRIANGLE, .low_n = 0.4, .high_n = 0.6, .period_s = 20.0};
-    return part_n(&benchmark, (double)rig->tick * 1e-3);
-}
-
-/// The first tick after `at` in which the force is more than `band_n` from what it was then.
-static uint32_t still_ticks(rig_t *rig, uint64_t at, double band_n)
-{
-    const double was_n = filtered_n(rig);
-    while (rig->tick < at + LAST_MS && fabs(filtered_n(rig) - was_n) <= band_n)
-    {
-        (void)advance(rig, triangle_n(rig));
-    }
-    return (uint32_t)(rig->tick - at);
-}
-
-static void study_still(unsigned rigs, uint64_t seed)
-{
-    static rig_t    rig;
-    static uint32_t times[RIGS_MAX];
-    printf("%-34s %6s %8s %8s\n", "triangle, 0.02 N/s: F within", "rigs", "median", "worst ms");
-    for (unsigned band = 1; band <= 3u; band++)
-    {
-        sim_random_t random;
-        sim_random_seed(&random, seed);
-        for (unsigned run = 0; run < rigs; run++)
-        {
-            const double   factor = 0.8 + 0.4 * uniform(&random);
-            const uint64_t at     = 1000u + (uint64_t)(39000.0 * uniform(&random));
-            open_rig(&rig, &methods[1], PAPER, factor, seed + run);
-            while (rig.tick < at)
-            {
-                (void)advance(&rig, triangle_n(&rig));
-            }
-            times[run] = still_ticks(&rig, at, band * NOISE_N);
-            close_rig(&rig);
-        }
-        qsort(times, rigs, sizeof times[0], compare_times);
-        printf("%.0f mN%29s %6u %8lu %8lu\n",
-               1e3 * band * NOISE_N,
-               "",
-               rigs,
-               (unsigned long)times[rigs / 2u],
-               (unsigned long)times[rigs - 1u]);
-    }
-}
-
 // --- the program ---------------------------------------------------------------------------------------------------
 
 #define CHECK_RIGS  6u   // one of each truth
@@ -647,18 +553,6 @@ int main(int count, char **arguments)
     {
         return study_broken((unsigned)amount, seed, false) > 0u;
     }
-    if (strcmp(what, "steps") == 0 && rigs)
-    {
-        study_steps((unsigned)amount, seed);
-        return 0;
-    }
-    if (strcmp(what, "still") == 0 && rigs)
-    {
-        study_still((unsigned)amount, seed);
-        return 0;
-    }
-    (void)fputs("usage: fault_study_f32|q31 broken RIGS [SEED] | healthy HOURS [SEED] | steps RIGS [SEED] | still RIGS "
-                "[SEED] | check\n",
-                stderr);
+    (void)fputs("usage: fault_study_f32|q31 broken RIGS [SEED] | healthy HOURS [SEED] | check\n", stderr);
     return 2;
 }
