@@ -7,12 +7,14 @@ import shutil
 import stat
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from conftest import PAPER, ROOT
 
 from tribo_design import output
 from tribo_design.cli import main
+from tribo_design.errors import InputError
 
 
 def test_the_same_input_gives_the_same_bytes(paper_dir, tmp_path):
@@ -352,8 +354,6 @@ def test_an_earlier_output_is_replaced_and_other_files_are_not(run, copy, tmp_pa
 
 
 def test_a_failing_disk_leaves_nothing(run, tmp_path, monkeypatch):
-    from pathlib import Path
-
     original = Path.write_bytes
 
     def full(self, data):
@@ -362,7 +362,7 @@ def test_a_failing_disk_leaves_nothing(run, tmp_path, monkeypatch):
         return original(self, data)
 
     monkeypatch.setattr(Path, "write_bytes", full)
-    code, _, err = run("synthesize", PAPER, "--out", tmp_path / "out", "--no-plots")
+    code, _, err = run("synthesize", PAPER, "--out", tmp_path / "new/out", "--no-plots")
     assert code == 2 and "No space left" in err
     assert list(tmp_path.iterdir()) == []
 
@@ -399,6 +399,23 @@ def test_an_output_that_is_replaced_keeps_its_modes(earlier):
     output.write_directory(earlier, FILES)
     assert [stat.S_IMODE((earlier / name).stat().st_mode) for name in ("", "report.md", "plots/a.png")] == [0o2750, 0o600, 0o640]
     assert all((earlier / name).read_bytes() == b"new" for name in FILES) and list(earlier.parent.iterdir()) == [earlier]
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
+@pytest.mark.parametrize("number", [1, 2])
+def test_an_output_stays_if_it_cannot_be_replaced(earlier, monkeypatch, error, number):
+    original, calls = Path.rename, []
+
+    def rename(self, to):
+        calls.append(to)
+        if len(calls) == number:
+            raise error
+        return original(self, to)
+
+    monkeypatch.setattr(Path, "rename", rename)
+    with pytest.raises((KeyboardInterrupt, InputError)):
+        output.write_directory(earlier, FILES)
+    assert all((earlier / name).read_bytes() == b"old" for name in FILES) and list(earlier.parent.iterdir()) == [earlier]
 
 
 def test_a_new_output_has_the_mode_of_any_new_directory(tmp_path):

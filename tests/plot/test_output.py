@@ -1,6 +1,7 @@
 """What the tools in Python do with a result file that exists, with a place that takes none, and with standard output that is lost."""
 
 import os
+import signal
 import stat
 import subprocess
 import sys
@@ -71,6 +72,40 @@ def test_what_is_not_finished_leaves_the_old_file(tmp_path):
         new.write_text("half")
         raise RuntimeError
     assert place.read_bytes() == OLD and list(tmp_path.iterdir()) == [place]
+
+
+@pytest.mark.parametrize("before, made", [("", "a"), ("", "a/b/c"), ("a", "a/b/c"), ("a/b", "a/b")])
+def test_a_folder_goes_if_the_work_in_it_fails(tmp_path, before, made):
+    (tmp_path / before).mkdir(parents=True, exist_ok=True)
+    there = sorted(tmp_path.rglob("*"))
+    for error in (KeyboardInterrupt, OSError):
+        with pytest.raises(error), output.folder(tmp_path / made):
+            assert (tmp_path / made).is_dir()
+            raise error
+        assert sorted(tmp_path.rglob("*")) == there
+    with output.folder(tmp_path / made):
+        pass
+    assert (tmp_path / made).is_dir()
+
+
+HALF = """
+import pathlib, sys, time
+from tribo_plot import output
+def work():
+    with output.folder(pathlib.Path("a/b")), output.replaced("a/b/c") as new:
+        new.write_text("half")
+        print("begun", flush=True)
+        time.sleep(600)
+sys.exit(output.run("half", work))
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_leaves_nothing_half_made(tmp_path, number):
+    with subprocess.Popen([sys.executable, "-B", "-c", HALF], cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+        assert run.stdout.readline() == "begun\n"
+        run.send_signal(number)
+        assert run.wait(timeout=200) == 128 + number and run.stderr.read() == "" and list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("ending", ["png", "html"])

@@ -4,9 +4,11 @@ import contextlib
 import errno
 import os
 import shutil
+import signal
 import stat
 import sys
 import tempfile
+import threading
 from pathlib import Path
 
 
@@ -57,6 +59,20 @@ def replaced(path):
             if error.filename is not None and os.fspath(error.filename) not in (str(new), str(place)):
                 raise
             raise PlaceError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+@contextlib.contextmanager
+def folder(path):
+    """Makes a folder and its missing parents; if the body raises, those that it made go again."""
+    missing = [one for one in (path, *path.parents) if not one.exists()]
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        yield
+    except BaseException:
+        for one in missing:
+            with contextlib.suppress(OSError):
+                one.rmdir()
+        raise
 
 
 def _folder_next_to(place):
@@ -113,8 +129,17 @@ class _Watched:
         return getattr(self.stream, name)
 
 
+def _end(number, _):
+    """Ends the program as sys.exit does, so that half-made files go."""
+    signal.signal(number, signal.SIG_IGN)
+    sys.exit(128 + number)
+
+
 def run(program, command, *arguments):
     """Returns the exit status of command(*arguments), or 1 with a message if what it printed was lost. A reader that has gone ends it without one."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if threading.current_thread() is threading.main_thread() and signal.getsignal(number) == signal.SIG_DFL:
+            signal.signal(number, _end)
     if sys.stdout is None:  # closed by the caller: a file must not get its number, and lines must not vanish
         sys.stdout = os.fdopen(os.open(os.devnull, os.O_RDONLY), "w")
     watched = sys.stdout = _Watched(sys.stdout)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import ruamel.yaml
 
-from tribo_plot.output import is_protected
+from tribo_plot.output import folder, is_protected
 
 from .errors import InputError
 
@@ -65,34 +65,44 @@ def write_directory(out, files, names=DESIGN):
     """Writes into a directory beside `out`, then renames it into place."""
     check_replaceable(out, names)
     out = Path(out).resolve()
-    fresh = None
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        fresh = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
-        for name, data in files.items():
-            path = fresh / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(data)
-            _keep_mode(path, out / name)
-        mask = os.umask(0)
-        os.umask(mask)
-        fresh.chmod(0o777 & ~mask)
-        _keep_mode(fresh, out)
-        if out.exists():
-            old = Path(tempfile.mkdtemp(prefix=f".{out.name}.old.", dir=out.parent))
-            out.rename(old / "old")
-            try:
-                fresh.rename(out)
-            except OSError:
-                (old / "old").rename(out)
-                old.rmdir()
-                raise
-            shutil.rmtree(old)
-        else:
-            fresh.rename(out)
-        fresh = None
+        with folder(out.parent), _fresh(out) as fresh:
+            for name, data in files.items():
+                path = fresh / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(data)
+                _keep_mode(path, out / name)
+            mask = os.umask(0)
+            os.umask(mask)
+            fresh.chmod(0o777 & ~mask)
+            _keep_mode(fresh, out)
+            _put(fresh, out)
     except OSError as error:
         raise InputError(f"--out {out}: cannot be written: {error.strerror}") from None
+
+
+@contextlib.contextmanager
+def _fresh(out):
+    """Yields a new directory beside `out`, which goes unless it was renamed."""
+    fresh = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+    try:
+        yield fresh
     finally:
-        if fresh is not None:
-            shutil.rmtree(fresh, ignore_errors=True)
+        shutil.rmtree(fresh, ignore_errors=True)
+
+
+def _put(fresh, out):
+    """Renames a directory into place; what was there before stays if that fails."""
+    if not out.exists():
+        fresh.rename(out)
+        return
+    old = Path(tempfile.mkdtemp(prefix=f".{out.name}.old.", dir=out.parent))
+    try:
+        out.rename(old / "old")
+        fresh.rename(out)
+    except BaseException:
+        if not out.exists():
+            (old / "old").rename(out)
+        old.rmdir()
+        raise
+    shutil.rmtree(old)

@@ -82,10 +82,12 @@ def _run(argv):
 
 def _begin(path, template, what):
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        with output.folder(path.parent):
+            output.write(path, template.read_text(encoding="utf-8"))
+    except output.PlaceError:
+        raise
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-    output.write(path, template.read_text(encoding="utf-8"))
     return _say(f"Wrote {path}: fill in {what}.", f"Then run: tribo-rig {path.parent}")
 
 
