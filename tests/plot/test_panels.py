@@ -105,16 +105,28 @@ def test_segments_are_not_joined():
 
 @pytest.mark.parametrize(
     "text, message",
-    [("a,b\n1,2\n", "a header with t_s and signals"), ("t_s,F_N\n", "has no rows"), ("t_s,F_N\n0,1\n0.1,x\n", "row 2 has no number in F_N"),
-     ("t_s,F_N\n0\n", "row 1 has no number in F_N"), ("", "a header with t_s"),
+    [("a,b\n1,2\n", "a header with t_s and signals"), ("t_s,F_N\n", "has no rows"), ("t_s,F_N\n0,1\n# a comment\n0.1,x\n", "a.csv:4: F_N: 'x' is not a number"),
+     ("t_s,F_N\n0\n", "a.csv:2: 1 fields, the header has 2"), ("t_s,F_N\n0,1,7\n", "a.csv:2: 3 fields, the header has 2"), ("", "a.csv: is empty"), ("\n \n", "a.csv: a header"),
+     ("t_s,F_N\n0,1e308\n", "a.csv:2: F_N: 1e308 is outside -1e+30 to 1e+30"), ("t_s,F_N\n0,-inf\n", "a.csv:2: F_N: -inf is outside"), ("t_s,F_N\n0,1_0\n", "a.csv:2: F_N: '1_0' is not a number"),
+     ("t_s,F_N\n0,\x1b[2J\n", r"a.csv:2: F_N: '\x1b[2J' is not a number"), ("t_s,F_N\nnan,1\n", "a.csv:2: t_s: is not a finite number"), ("t_s,F_N\n0,1\n,1\n", "a.csv:3: t_s: is not a finite number"),
+     ("t_s,F_N\n0,1\n1,1\n0.5,1\n", "a.csv:4: t_s: 0.5 does not come after 1"), ("t_s,F_N,F_N\n0,1,1\n", "a.csv:1: column F_N appears twice"), (b"\xff\xfet\0", "a.csv: not UTF-8 text (byte 0); save it as UTF-8"),
      ("t_s,F_N\n0,0.5\n1,0.", "the file ends in the middle of the number '0.'"),
      ("t_s,F_N\n" + "0,0.500\n" * 20 + "1,0.5", "the file ends in the middle of the number '0.5'"),
      ("t_s,F_N\n" + "0,1.5e-03\n" * 20 + "1,1.5e-0", "the file ends in the middle of the number '1.5e-0'")],
 )
 def test_what_cannot_be_read_is_named(tmp_path, text, message):
-    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    (tmp_path / "a.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(PlotError, match=re.escape(message)):
         read(tmp_path / "a.csv")
+
+
+def test_a_byte_order_mark_is_no_part_of_a_name(tmp_path):
+    (tmp_path / "trace.csv").write_text("\ufefft_s,F_N\r\n0,0.5\r\n1,\r\n", encoding="utf-8")
+    assert read(tmp_path).columns["F_N"][0] == 0.5
+    for summary in ('{"rms_error_N": "x"}', "[]", "{"):
+        (tmp_path / "summary.json").write_text(summary, encoding="utf-8")
+        with pytest.raises(PlotError, match="summary.json: not as tribo-sim wrote it"):
+            read(tmp_path)
 
 
 @pytest.mark.parametrize("end", ["0.5\n", "0.500"])

@@ -93,8 +93,8 @@ def read_summary(path):
         raise PlotError(f"{path}: {error.strerror}") from None
     except ValueError as error:
         raise PlotError(f"{path}: not as tribo-sim wrote it: {error}") from None
-    if not isinstance(summary, dict):
-        raise PlotError(f"{path}: not as tribo-sim wrote it: a summary is keys and values")
+    if not isinstance(summary, dict) or not isinstance(summary.get("rms_error_N", 0.0), (int, float)):
+        raise PlotError(f"{path}: not as tribo-sim wrote it: a summary is keys and values, and its rms_error_N a number")
     return summary
 
 
@@ -118,28 +118,62 @@ def check_end(path):
         raise PlotError(f"{path}: the file ends in the middle of the number '{last}'; cut its last row off, or log to the end of a row")
 
 
+NUMBER_MAX = 1e30  # of common/support/csv.h
+
+
+def number_of(text, where):
+    """The number of a field. Raises PlotError, also for what Python alone takes for one."""
+    try:
+        value = float(text) if text else math.nan
+    except ValueError:
+        value = None
+    if value is None or "_" in text:
+        raise PlotError(f"{where}: {text[:40]!r} is not a number")
+    if abs(value) > NUMBER_MAX:
+        raise PlotError(f"{where}: {text[:40]} is outside -{NUMBER_MAX:g} to {NUMBER_MAX:g}")
+    return value
+
+
+def read_rows(path, file):
+    """Returns the columns in the table of signals."""
+    rows = csv.reader("\n" if line.startswith("#") else line for line in file)
+    names = [name.strip() for name in next(filter(None, rows), [])]
+    if not names:
+        raise PlotError(f"{path}: is empty")
+    wanted = [(i, name, array("d")) for i, name in enumerate(names) if name in SIGNALS or name in MORE]
+    twice = next((name for i, name, _ in wanted if name in names[:i]), None)
+    if twice:
+        raise PlotError(f"{path}:{rows.line_num}: column {twice} appears twice")
+    if "t_s" not in names or len(wanted) < 2:
+        raise PlotError(
+            f"{path}: a header with t_s and signals of tribo is expected; `tribo-sim log {path} --column t=NAME ... "
+            "--out clean.csv` makes one of a foreign log"
+        )
+    columns, last = {name: values for _, name, values in wanted}, -math.inf
+    for row in filter(None, rows):
+        where = f"{path}:{rows.line_num}"
+        if len(row) <= wanted[-1][0] or any(row[len(names) :]):
+            raise PlotError(f"{where}: {len(row)} fields, the header has {len(names)}")
+        for i, name, values in wanted:
+            values.append(number_of(row[i].strip(), f"{where}: {name}"))
+        time = columns["t_s"][-1]
+        if not time >= last:
+            raise PlotError(f"{where}: t_s: {time:g} does not come after {last:g}" if math.isfinite(time) else f"{where}: t_s: is not a finite number")
+        last = time
+    return columns
+
+
 def read_columns(path):
     """Returns the columns in the table of signals; an empty field is NaN."""
     try:
-        with open(path, newline="", encoding="utf-8") as file:
-            rows = csv.reader(line for line in file if not line.startswith("#"))
-            names = [name.strip() for name in next(rows, [])]
-            wanted = [(i, name, array("d")) for i, name in enumerate(names) if name in SIGNALS or name in MORE]
-            if "t_s" not in names or len(wanted) < 2:
-                raise PlotError(
-                    f"{path}: a header with t_s and signals of tribo is expected; `tribo-sim log {path} --column t=NAME ... "
-                    "--out clean.csv` makes one of a foreign log"
-                )
-            for number, row in enumerate(rows, 1):
-                for i, name, values in wanted:
-                    try:
-                        values.append(float(row[i]) if row[i] else math.nan)
-                    except (IndexError, ValueError):
-                        raise PlotError(f"{path}: row {number} has no number in {name}") from None
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            columns = read_rows(path, file)
         if path.is_file():  # not a pipe, which has been read
             check_end(path)
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except UnicodeDecodeError as error:
+        raise PlotError(f"{path}: not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+    except (OSError, csv.Error) as error:
         raise PlotError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
-    if not wanted[0][2]:
+    if not columns["t_s"]:
         raise PlotError(f"{path}: has no rows")
-    return {name: values for _, name, values in wanted}
+    return columns
