@@ -11,9 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#ifdef __linux__
-#include <sys/xattr.h>
-#endif
 #include <unistd.h>
 
 // --- signals -------------------------------------------------------------------------------------------------------
@@ -26,9 +23,6 @@ static size_t made_from = SIZE_MAX; ///< length of the shortest part of its path
 static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
 
 #define ENDING (sizeof ending / sizeof ending[0])
-
-#define NAMES_SIZE 4096u  ///< of a file's extended attributes; more count as attributes to keep
-#define COPY_SIZE  65536u ///< bytes copied at a time
 
 /// Removes the folders that were made for files that do not come, if they are empty.
 static void remove_made(void)
@@ -122,10 +116,6 @@ static void forget(common_output_file_t *file)
     {
         replace_pending(file->temporary, NULL);
     }
-    if (file->is_kept)
-    {
-        (void)close(file->kept);
-    }
     free(file->path);
     free(file->temporary);
     *file = (common_output_file_t){.stream = NULL};
@@ -137,9 +127,9 @@ static bool open_nameless(common_output_file_t *file, const char *slash)
 #ifdef O_TMPFILE
     char *folder = slash != NULL ? common_text_format("%.*s", (int)(slash - file->path) + 1, file->path) : strdup(".");
     const bool can_be_named = access("/proc/self/fd", X_OK) == 0;
-    const int  descriptor   = folder != NULL && can_be_named ? open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0666) : -1;
+    const int  descriptor = folder != NULL && can_be_named ? open(folder, O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666) : -1;
     free(folder);
-    file->stream   = descriptor >= 0 ? fdopen(descriptor, "w+b") : NULL;
+    file->stream   = descriptor >= 0 ? fdopen(descriptor, "wb") : NULL;
     file->nameless = file->stream != NULL;
     if (descriptor >= 0 && !file->nameless)
     {
@@ -158,23 +148,18 @@ static bool give_name(common_output_file_t *file)
     const int   to    = slash != NULL ? (int)(slash - file->path) + 1 : 0;
     const int   from  = fileno(file->stream);
     char       *self  = common_text_format("/proc/self/fd/%d", from);
-    file->temporary   = common_text_format("%.*s.tribo.%ld.%d", to, file->path, (long)getpid(), from);
-    bool named        = self != NULL && file->temporary != NULL;
+    char       *name  = common_text_format("%.*s.tribo.%ld.%d", to, file->path, (long)getpid(), from);
+    bool        named = self != NULL && name != NULL;
     if (named)
     {
-        (void)unlink(file->temporary); // a killed process with the same number may have left one
-        sigset_t before;
-        block_ending(&before);
-        named           = linkat(AT_FDCWD, self, AT_FDCWD, file->temporary, AT_SYMLINK_FOLLOW) == 0;
-        const int cause = errno;
-        if (named)
-        {
-            replace_pending(NULL, file->temporary);
-        }
-        (void)sigprocmask(SIG_SETMASK, &before, NULL);
-        errno = cause;
+        (void)unlink(name); // a killed process with the same number may have left one
+        named = linkat(AT_FDCWD, self, AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0;
     }
+    file->temporary = named ? name : NULL;
+    const int cause = errno;
+    free(named ? NULL : name);
     free(self);
+    errno = cause;
     return named;
 }
 
@@ -215,102 +200,22 @@ static char *find_place(const char *path)
     return is_link ? realpath(path, NULL) : strdup(path);
 }
 
-/// Returns the descriptor that a path such as /dev/stdout names; -1 if it names none.
-static int descriptor_of(const char *path)
-{
-    static const char *const folders[] = {"/dev/fd/", "/proc/self/fd/"};
-    static const char *const names[]   = {"/dev/stdin", "/dev/stdout", "/dev/stderr"};
-    for (int i = 0; i < 3; i++)
-    {
-        if (strcmp(path, names[i]) == 0)
-        {
-            return i;
-        }
-    }
-    for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++)
-    {
-        const size_t length = strlen(folders[i]);
-        const char  *number = path + length;
-        if (strncmp(path, folders[i], length) == 0 && *number != '\0' && strlen(number) < 6 &&
-            strspn(number, "0123456789") == strlen(number))
-        {
-            return atoi(number); // NOLINT(cert-err34-c): up to five digits
-        }
-    }
-    return -1;
-}
-
-/// Opens a copy of the descriptor, because opening its path would start at the beginning of a file that a shell appends to.
-static bool open_descriptor(common_output_file_t *file, int descriptor)
-{
-    (void)fflush(stdout);
-    const int copy = fcntl(descriptor, F_DUPFD_CLOEXEC, 3);
-    file->stream   = copy >= 0 ? fdopen(copy, "wb") : NULL;
-    if (copy >= 0 && file->stream == NULL)
-    {
-        (void)close(copy);
-    }
-    return file->stream != NULL;
-}
-
-/// Returns true if the file has attributes that a new file would not get: an access control list or the user's own.
-static bool has_attributes(const char *path)
-{
-#ifdef __linux__
-    char          names[NAMES_SIZE];
-    const ssize_t length = listxattr(path, names, sizeof names);
-    for (const char *name = names; length > 0 && name < names + length; name += strlen(name) + 1)
-    {
-        if (strncmp(name, "security.", 9) != 0) // a new file gets the label of its folder
-        {
-            return true;
-        }
-    }
-    return length < 0 && errno == ERANGE;
-#else
-    (void)path;
-    return false;
-#endif
-}
-
-/// Returns true if a new file in its place would lose more than the mode.
-static bool must_be_kept(const char *path, const struct stat *info)
-{
-    return info->st_nlink > 1 || info->st_uid != geteuid() || info->st_gid != getegid() || has_attributes(path);
-}
-
-/// Opens the existing file, which gets its new content at the commit, and a nameless file for the content until then.
-static bool open_kept(common_output_file_t *file)
-{
-    file->kept    = open(file->path, O_WRONLY | O_CLOEXEC);
-    file->is_kept = file->kept >= 0;
-    if (!file->is_kept)
-    {
-        return false;
-    }
-    if (!open_nameless(file, strrchr(file->path, '/')))
-    {
-        file->stream = tmpfile();
-    }
-    file->nameless = false;
-    return file->stream != NULL;
-}
-
+/// Opens a file to take the place of the old one, if there is one, with its mode and, if this user may give files away, its owner.
 static bool open_regular(common_output_file_t *file, const struct stat *old)
 {
-    if (old != NULL && must_be_kept(file->path, old))
+    if (!open_next_to(file) || old == NULL)
     {
-        return open_kept(file);
+        return file->stream != NULL;
     }
-    if (open_next_to(file))
-    {
-        return old == NULL || fchmod(fileno(file->stream), old->st_mode & 07777u) == 0;
-    }
-    const int  cause = errno;
-    const bool is_kept =
-        old != NULL && (cause == EACCES || cause == EROFS || cause == EPERM) && access(file->path, W_OK) == 0;
-    errno = cause;
-    return is_kept && open_kept(file);
+    (void)!fchown(fileno(file->stream), old->st_uid, old->st_gid);
+    return fchmod(fileno(file->stream), old->st_mode & 07777u) == 0;
+}
+
+/// Opening these names would start at the beginning of a file that a shell appends to.
+static bool is_standard_output(const char *path)
+{
+    return path == NULL || strcmp(path, "/dev/stdout") == 0 || strcmp(path, "/dev/fd/1") == 0 ||
+           strcmp(path, "/proc/self/fd/1") == 0;
 }
 
 /// Returns null, or the reason why an existing file must not be replaced. Permissions do not bind root, but a file without
@@ -324,16 +229,13 @@ static const char *why_protected(const char *path, const struct stat *info)
 static const char *open_place(common_output_file_t *file, const char *path)
 {
     struct stat info;
-    const bool  exists     = stat(path, &info) == 0;
-    const int   descriptor = descriptor_of(path);
-    if (descriptor >= 0 || (exists && !S_ISREG(info.st_mode)))
+    const bool  exists = stat(path, &info) == 0;
+    if (exists && !S_ISREG(info.st_mode))
     {
         // Write directly to a device or a pipe, because renaming a file over it would replace it.
         file->path   = strdup(path);
-        file->stream = descriptor >= 0 || file->path == NULL ? NULL : fopen(path, "wb");
-        return file->stream != NULL || (descriptor >= 0 && file->path != NULL && open_descriptor(file, descriptor))
-                   ? NULL
-                   : strerror(errno);
+        file->stream = file->path != NULL ? fopen(path, "wb") : NULL;
+        return file->stream != NULL ? NULL : strerror(errno);
     }
     const char *why = exists ? why_protected(path, &info) : NULL;
     if (why != NULL)
@@ -357,8 +259,9 @@ static bool complain(const char *path, const char *why, common_error_t *error)
 
 bool common_output_open(common_output_file_t *file, const char *path, common_error_t *error)
 {
-    *file           = (common_output_file_t){.stream = (path == NULL) ? stdout : NULL};
-    const char *why = (path == NULL) ? NULL : open_place(file, path);
+    const bool is_standard = is_standard_output(path);
+    *file                  = (common_output_file_t){.stream = is_standard ? stdout : NULL};
+    const char *why        = is_standard ? NULL : open_place(file, path);
     if (why != NULL)
     {
         (void)complain(path, why, error);
@@ -371,17 +274,11 @@ bool common_output_check(const char *path, common_error_t *error)
 {
     struct stat          info;
     common_output_file_t file;
-    if (path == NULL || descriptor_of(path) >= 0 ||
-        (stat(path, &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)))
+    if (is_standard_output(path) || (stat(path, &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)))
     {
         return true; // opening a pipe would wait for its reader
     }
     const bool ok = common_output_open(&file, path, error);
-    if (file.stream != NULL)
-    {
-        (void)fclose(file.stream);
-        file.stream = NULL;
-    }
     common_output_discard(&file, 1);
     return ok;
 }
@@ -399,63 +296,33 @@ bool common_output_expect_none(common_output_file_t *file, const char *path, com
 
 // --- closing -------------------------------------------------------------------------------------------------------
 
-/// Closes the stream. Returns false with errno set if anything could not be written.
-static bool close_stream(common_output_file_t *file)
+/// Writes out what the stream holds. Returns false with errno set if anything could not be written.
+static bool flush(const common_output_file_t *file)
 {
     // After a failed write the caller makes no other call, so errno is still valid.
-    bool      ok  = !ferror(file->stream) && fflush(file->stream) == 0 && (!file->nameless || give_name(file));
-    const int why = errno;
-    if (file->is_kept)
+    if (!ferror(file->stream) && fflush(file->stream) == 0)
     {
-        errno = (why != 0) ? why : EIO;
-        return ok; // the commit copies from the stream
+        return true;
     }
-    if (file->path != NULL && fclose(file->stream) != 0 && ok)
-    {
-        file->stream = NULL;
-        return false;
-    }
-    file->stream = NULL;
-    errno        = (why != 0) ? why : EIO;
-    return ok;
+    errno = errno != 0 ? errno : EIO;
+    return false;
 }
 
-/// Copies the new content into the existing file. A disk without room for it leaves the old content.
-static bool copy_to_kept(const common_output_file_t *file)
+/// Closes the stream; a nameless file gets its temporary name before.
+static bool finish(common_output_file_t *file)
 {
-    static char buffer[COPY_SIZE];
-    struct stat old, new;
-    const int   from = fileno(file->stream);
-    if (fstat(file->kept, &old) != 0 || fstat(from, &new) != 0)
+    if (file->nameless && !give_name(file))
     {
         return false;
     }
-    const int full = new.st_size > 0 ? posix_fallocate(file->kept, 0, new.st_size) : 0;
-    if (full != 0 && full != EOPNOTSUPP && full != EINVAL)
-    {
-        (void)!ftruncate(file->kept, old.st_size);
-        errno = full;
-        return false;
-    }
-    for (off_t done = 0; done < new.st_size;)
-    {
-        const ssize_t count = pread(from, buffer, sizeof buffer, done);
-        if (count <= 0 || pwrite(file->kept, buffer, (size_t)count, done) != count)
-        {
-            return false;
-        }
-        done += count;
-    }
-    return ftruncate(file->kept, new.st_size) == 0;
+    FILE *const stream = file->stream;
+    file->stream       = NULL;
+    return file->path == NULL || fclose(stream) == 0;
 }
 
 static bool put_in_place(const common_output_file_t *file)
 {
     struct stat info;
-    if (file->is_kept)
-    {
-        return copy_to_kept(file);
-    }
     if (file->is_unwanted)
     {
         return stat(file->path, &info) != 0 || !S_ISREG(info.st_mode) || unlink(file->path) == 0;
@@ -463,27 +330,26 @@ static bool put_in_place(const common_output_file_t *file)
     return file->temporary == NULL || rename(file->temporary, file->path) == 0;
 }
 
-/// Returns the first file that could not be put in its place; null on success.
+/// Returns the first file that could not be closed or put in its place; null on success.
 static const common_output_file_t *put_all_in_place(common_output_file_t *files, size_t count)
 {
+    for (size_t i = 0; i < count; i++)
+    {
+        if (files[i].stream != NULL && !finish(&files[i]))
+        {
+            return &files[i];
+        }
+    }
     const common_output_file_t *last = &files[count - 1];
     if (count > 1 && last->temporary != NULL)
     {
         (void)unlink(last->path);
-    }
-    if (count > 1 && last->is_kept && ftruncate(last->kept, 0) != 0)
-    {
-        return last;
     }
     for (size_t i = 0; i < count; i++)
     {
         if (!put_in_place(&files[i]))
         {
             return &files[i];
-        }
-        if (files[i].is_kept)
-        {
-            (void)fclose(files[i].stream);
         }
         forget(&files[i]);
     }
@@ -495,7 +361,7 @@ bool common_output_commit(common_output_file_t *files, size_t count, common_erro
     const common_output_file_t *failed = NULL;
     for (size_t i = 0; i < count && failed == NULL; i++)
     {
-        failed = (files[i].stream == NULL || close_stream(&files[i])) ? NULL : &files[i];
+        failed = (files[i].stream == NULL || flush(&files[i])) ? NULL : &files[i];
     }
     if (failed == NULL)
     {

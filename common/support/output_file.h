@@ -1,7 +1,6 @@
 /// Writes result files that appear complete or not at all. They are written next to their places, without a name if the system
-/// supports that and under temporary names otherwise, and then renamed together. A file that exists keeps its mode. If it has
-/// other names, another owner or attributes, or if its folder takes no new file, it stays and gets the content at the commit.
-/// Devices, pipes and paths of descriptors (/dev/stdout) are written directly.
+/// supports that and under temporary names otherwise, and then renamed together. A new file has the mode of the one it replaces,
+/// and its owner if this user may give files away. Devices, pipes and standard output (/dev/stdout) are written directly.
 
 #ifndef COMMON_OUTPUT_FILE_H
 #define COMMON_OUTPUT_FILE_H
@@ -22,8 +21,6 @@ typedef struct
     char *temporary;   ///< null: `path` is written directly
     bool  is_unwanted; ///< the commit removes `path`
     bool  nameless;    ///< the file has no name until the commit
-    bool  is_kept;     ///< the existing file `kept` gets the content at the commit
-    int   kept;
 } common_output_file_t;
 
 /// Opens a temporary file next to `path` (for a link, next to its target), or standard output if `path` is null.

@@ -34,16 +34,6 @@ def test_a_file_keeps_its_mode_and_a_link_stays(tmp_path, mode):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["link", "place"]
 
 
-def test_other_names_and_attributes_stay(tmp_path):
-    place, other = tmp_path / "place", tmp_path / "other"
-    place.write_bytes(OLD)
-    os.link(place, other)
-    output.write(place, NEW)
-    assert other.read_text() == NEW and place.stat().st_nlink == 2
-    output.write(place, "")
-    assert other.read_bytes() == b""
-
-
 def test_a_new_file_has_the_mode_of_any_new_file(tmp_path):
     mask = os.umask(0o027)
     try:

@@ -3,7 +3,6 @@
 import contextlib
 import errno
 import os
-import shutil
 import signal
 import stat
 import sys
@@ -25,34 +24,47 @@ def check_place(path):
     """Raises PlaceError if no file can be written at `path`; called before long work whose result goes there."""
     path = Path(path)
     try:
-        try:
-            info = path.stat()
-        except FileNotFoundError:
-            with tempfile.TemporaryFile(dir=Path(os.path.realpath(path)).parent):
-                return
-        if stat.S_ISDIR(info.st_mode):
+        info = path.stat() if path.exists() else None
+        if info is not None and stat.S_ISDIR(info.st_mode):
             raise PlaceError(f"{path}: cannot be written: Is a directory")
-        if stat.S_ISREG(info.st_mode) and is_protected(info):
+        if info is not None and stat.S_ISREG(info.st_mode) and is_protected(info):
             raise PlaceError(f"{path}: cannot be written: it is read-only")
-        if not os.access(path, os.W_OK):
+        if info is not None and not os.access(path, os.W_OK):
             raise PlaceError(f"{path}: cannot be written: Permission denied")
+        if info is None or stat.S_ISREG(info.st_mode):
+            with tempfile.TemporaryFile(dir=Path(os.path.realpath(path)).parent):
+                pass
     except PlaceError:
         raise
     except OSError as error:
         raise PlaceError(f"{path}: cannot be written: {error.strerror}") from None
 
 
+def keep_mode(new, old):
+    """Gives a file or a directory the mode of the one that it replaces, if there is one, and its owner if this user may give it away."""
+    if old.exists():
+        info = old.stat()
+        with contextlib.suppress(PermissionError):
+            os.chown(new, info.st_uid, info.st_gid)
+        new.chmod(stat.S_IMODE(info.st_mode))
+
+
 @contextlib.contextmanager
 def replaced(path):
-    """Yields a new path with the ending of `path`. What is written there takes the place of `path` if nothing is raised; a file that exists keeps its mode, its
-    owner, its other names and what links to it. Raises PlaceError."""
+    """Yields a new path with the ending of `path`. What is written there takes the place of `path` if nothing is raised; a file that exists keeps its mode and
+    its owner, and what links to it. Raises PlaceError."""
     check_place(path)
     place = Path(os.path.realpath(path))
-    with _folder_next_to(place) as folder:
-        new = Path(folder) / place.name
+    is_file = place.is_file() or not place.exists()
+    with tempfile.TemporaryDirectory(prefix=f".{place.stem}.", dir=place.parent if is_file else None) as beside:
+        new = Path(beside) / place.name
         try:
             yield new
-            _put(new, place)
+            if is_file:
+                keep_mode(new, place)
+                os.replace(new, place)
+            else:
+                place.write_bytes(new.read_bytes())
         except PlaceError:
             raise
         except OSError as error:
@@ -73,32 +85,6 @@ def folder(path):
             with contextlib.suppress(OSError):
                 one.rmdir()
         raise
-
-
-def _folder_next_to(place):
-    """In the folder of the result, where the file can be renamed; elsewhere if that takes no files."""
-    with contextlib.suppress(OSError):
-        return tempfile.TemporaryDirectory(prefix=f".{place.stem}.", dir=place.parent)
-    return tempfile.TemporaryDirectory()
-
-
-def _put(new, place):
-    try:
-        old = place.stat()
-    except FileNotFoundError:
-        os.replace(new, place)
-        return
-    is_replaceable = stat.S_ISREG(old.st_mode) and (old.st_nlink, old.st_uid, old.st_gid) == (1, os.geteuid(), os.getegid()) and not os.listxattr(place) and new.parent.parent == place.parent
-    if is_replaceable:
-        new.chmod(stat.S_IMODE(old.st_mode))
-        os.replace(new, place)
-        return
-    with open(new, "rb") as source, open(place, "r+b" if stat.S_ISREG(old.st_mode) else "wb") as target:
-        if stat.S_ISREG(old.st_mode) and (size := new.stat().st_size):
-            os.posix_fallocate(target.fileno(), 0, size)
-        shutil.copyfileobj(source, target)
-        if stat.S_ISREG(old.st_mode):
-            target.truncate()
 
 
 def write(path, data):

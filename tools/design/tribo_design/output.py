@@ -4,13 +4,12 @@ import contextlib
 import io
 import os
 import shutil
-import stat
 import tempfile
 from pathlib import Path
 
 import ruamel.yaml
 
-from tribo_plot.output import folder, is_protected
+from tribo_plot.output import folder, is_protected, keep_mode
 
 from .errors import InputError
 
@@ -51,16 +50,6 @@ def check_replaceable(out, names=DESIGN):
         raise InputError(f"--out {out}: {parent} is not a directory that can be written to")
 
 
-def _keep_mode(new, old):
-    """Gives a file or a directory the mode and the owner of the one that it replaces."""
-    if old.exists():
-        info = old.stat()
-        new.chmod(stat.S_IMODE(info.st_mode))
-        if (info.st_uid, info.st_gid) != (new.stat().st_uid, new.stat().st_gid):
-            with contextlib.suppress(PermissionError):
-                os.chown(new, info.st_uid, info.st_gid)
-
-
 def write_directory(out, files, names=DESIGN):
     """Writes into a directory beside `out`, then renames it into place."""
     check_replaceable(out, names)
@@ -71,11 +60,11 @@ def write_directory(out, files, names=DESIGN):
                 path = fresh / name
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(data)
-                _keep_mode(path, out / name)
+                keep_mode(path, out / name)
             mask = os.umask(0)
             os.umask(mask)
             fresh.chmod(0o777 & ~mask)
-            _keep_mode(fresh, out)
+            keep_mode(fresh, out)
             _put(fresh, out)
     except OSError as error:
         raise InputError(f"--out {out}: cannot be written: {error.strerror}") from None
