@@ -3,7 +3,7 @@
 //     f = sat(k(v) L tanh(n / (k(v) L)))  when Q,  sat(n) otherwise          v = d|n|/dt, L = L(F)
 //
 // Gradual after a deep fall, sharp after a shallow one; depends on the rate of n only through k(v).
-// `curve` and `limited` make the five steps of its section 3 and the lines of Figs. 6 and 7 (paper_variants.h).
+// `curve` and `limited` make the five steps of its section 3 and the lines of Figs. 6 and 7 (tests/truth/test_paper.c).
 //
 // One fixed step, as in the compensator's own model: friction from u and F at the start of the step, then the arm by its
 // exact zero-order-hold matrices with u and f held. The relays' logic is the library's. The delay line is our own, because
@@ -16,9 +16,9 @@
 // Source: the paper (DOI 10.1115/1.4004580). Sliding mode: A. F. Filippov, Differential Equations with Discontinuous
 // Righthand Sides, 1988.
 
+#include "plant/truth/paper.h"
 #include "plant/breakaway.h"
 #include "plant/truth/arm.h"
-#include "plant/truth/paper_variants.h"
 #include "support/elementary.h"
 #include "tribo/friction_f32.h"
 
