@@ -154,6 +154,11 @@ static inline int32_t friction_q31_step(const tribo_friction_q31_params_t *param
     const uint32_t Q      = relay_q(relays, negative, sign_bit((int32_t)(size_before - size)));
     signals->relays       = (uint8_t)(relays | Q * TRIBO_RELAY_Q);
 
+    if (L == 0u) // in params that no init has made, which are all 0; the curve would divide by it
+    {
+        signals->f = 0;
+        return 0;
+    }
     // Eq. (3): without Q the argument is 0 and the curve is n itself. Eq. (4) then limits f to breakaway.
     const friction_q31_argument_t x      = friction_q31_argument(params, size * Q, L, (uint32_t)rise);
     const uint32_t                curved = friction_q31_curve(size, x);
