@@ -52,8 +52,9 @@ FUNCTION(_)
     }
     fault = enable && !made;
     const float u = tribo_joint_f32_step(&joint, (float)effort, (float)command, (float)feedback);
+    const double own = isnan(effort) ? 0 : fmax(-effort_limit, fmin(effort, effort_limit));
     output = enable && made ? u : 0;
-    offset = enable && made ? u - fmax(-effort_limit, fmin(effort, effort_limit)) : 0;
+    offset = enable && made ? u - own : 0;
     tribo_joint_report_t report;
     tribo_joint_f32_report(&joint, &report);
     learned = report.friction;

@@ -12,6 +12,7 @@ namespace moteus = mjbots::moteus;
 
 static const double kWatchdogS = 0.02;
 static const double kMaxTorque = 2.0;              // N m
+static const int    kBadMax    = 20;               // bad readings in succession, 40 ms
 static const double kOffset = 0.5, kNmPerUnit = 4; // torque sensor on aux1 pin 1
 
 // [add
@@ -26,11 +27,13 @@ static void start()
     (void)tribo_force_loop_f32_start(&loop, &rig_params, true); // keeps the learned values
 }
 
-static double torque_for(double reference, double reading)
+static double torque_for(double reference, double reading, int *bad)
 {
-    const float u =
+    const uint32_t before = loop.bad_inputs;
+    const float    u =
         tribo_force_loop_f32_step(&rig_params, &loop, static_cast<float>(reference), static_cast<float>(reading), NULL);
     tribo_feedforward_f32_learn(&rig_params, &memory);
+    *bad = loop.bad_inputs != before ? *bad + 1 : 0;
     return u;
 }
 // add]
@@ -56,20 +59,22 @@ template <typename Next, typename Pause> void hold(moteus::Controller &controlle
     start();
     controller.SetStop();
     auto state = controller.SetQuery();
+    int  bad   = 0;
     for (double reference = next(); state && !std::isnan(reference); reference = next())
     {
         moteus::PositionMode::Command command;
         command.position           = std::nan("");
         command.kp_scale           = 0;
         command.kd_scale           = 0;
-        command.feedforward_torque = torque_for(reference, (state->values.extra[0].value - kOffset) * kNmPerUnit);
+        command.feedforward_torque = torque_for(reference, (state->values.extra[0].value - kOffset) * kNmPerUnit, &bad);
         command.maximum_torque     = kMaxTorque;
         command.watchdog_timeout   = kWatchdogS;
         state                      = controller.SetPosition(command);
-        if (state && state->values.mode != moteus::Mode::kPosition)
+        const bool has_left        = state && state->values.mode != moteus::Mode::kPosition;
+        if (has_left || bad == kBadMax)
         {
             controller.SetStop();
-            throw std::runtime_error("the moteus has left position mode");
+            throw std::runtime_error(has_left ? "the moteus has left position mode" : "20 bad readings in succession");
         }
         pause();
     }

@@ -10,6 +10,7 @@ import moteus
 import tribo
 
 WATCHDOG_S = 0.02  # ten periods: without a command the drive stops by itself
+BAD_MAX = 20  # bad readings in succession, 40 ms
 MAX_TORQUE = 2.0  # N m; the drive's own limit, at or above the loop's
 OFFSET, N_M_PER_UNIT = 0.5, 4.0  # torque sensor on aux1 pin 1: the drive reports its voltage as a fraction of full scale
 
@@ -27,10 +28,15 @@ async def hold(controller, loop, references, pause, patience_s=WATCHDOG_S):
     """Sends one reference per period until they end. Then, or at any fault, it stops the drive."""
     try:
         await controller.set_stop()  # only this clears a fault or a timeout of the moteus
-        state = await controller.query()
+        state = await asyncio.wait_for(controller.query(), patience_s)
+        bad = 0
         for reference in references:
             torque = (state.values[moteus.Register.AUX1_ANALOG_IN1] - OFFSET) * N_M_PER_UNIT
+            before = loop.bad_inputs
             command = loop.step(reference, torque)
+            bad = bad + 1 if loop.bad_inputs > before else 0
+            if bad == BAD_MAX:
+                raise RuntimeError(f"{bad} bad readings in succession")
             state = await asyncio.wait_for(controller.set_position(
                 position=math.nan, kp_scale=0, kd_scale=0, feedforward_torque=command, maximum_torque=MAX_TORQUE,
                 watchdog_timeout=WATCHDOG_S, query=True), patience_s)

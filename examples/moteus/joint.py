@@ -34,8 +34,8 @@ def friction():
 
 
 def feedforward(joint, torque, sent, q_ref, q):
-    """Returns the new feedforward. `torque` is the output of the drive's loop plus the feedforward sent before."""
-    effort = torque - sent
+    """Returns the new feedforward. `torque` is the output of the drive's loop plus the feedforward sent before; NaN counts as 0."""
+    effort = torque - sent if math.isfinite(torque) else 0.0
     return min(max(joint.step(effort, q_ref, q) - effort, -MAX_TORQUE / 2), MAX_TORQUE / 2)
 # add]
 
@@ -45,7 +45,7 @@ async def follow(controller, joint, references, pause, patience_s=WATCHDOG_S):
     sent = last = 0.0
     try:
         await controller.set_stop()  # only this clears a fault or a timeout of the moteus
-        state = await controller.query()
+        state = await asyncio.wait_for(controller.query(), patience_s)
         for tick, q_ref in enumerate(references):
             sent = feedforward(joint, state.values[moteus.Register.TORQUE], sent, q_ref, state.values[moteus.Register.POSITION])
             velocity, last = (q_ref - last) / PERIOD_S if tick else 0.0, q_ref

@@ -12,6 +12,7 @@ import tribo
 NODE = 0  # axis.config.can.node_id of the ODrive
 SENSOR = 0x7C0  # identifier of the amplifier's frame, a float in N m; set yours
 PATIENCE_S = 0.02  # ten periods without a sensor frame
+BAD_MAX = 20  # bad readings in succession, 40 ms
 
 HEARTBEAT, SET_AXIS_STATE, SET_CONTROLLER_MODE, SET_INPUT_TORQUE, CLEAR_ERRORS = 0x01, 0x07, 0x0B, 0x0E, 0x18
 IDLE, CLOSED_LOOP = 1, 8
@@ -52,13 +53,14 @@ class Axis:
 
     def torque(self):
         """Waits for the sensor's next reading. If several have arrived, returns the newest, so that no old reading is taken for a new one."""
+        due = time.monotonic() + PATIENCE_S  # frames of other nodes do not extend it
         reading, message = None, self.bus.recv(PATIENCE_S)
         while reading is None or message is not None:
             new, state = self.take(message)
             if state not in (None, CLOSED_LOOP):
                 raise RuntimeError("ODrive: the axis has left closed loop")
             reading = reading if new is None else new
-            message = self.bus.recv(PATIENCE_S if reading is None else 0)
+            message = self.bus.recv(max(0.0, due - time.monotonic()) if reading is None else 0)
         return reading
 
 
@@ -68,8 +70,13 @@ def hold(bus, loop, references):
     axis = Axis(bus)
     try:
         axis.start()
+        bad = 0
         for reference in references:
+            before = loop.bad_inputs
             axis.send(SET_INPUT_TORQUE, "<f", loop.step(reference, axis.torque()))
+            bad = bad + 1 if loop.bad_inputs > before else 0
+            if bad == BAD_MAX:
+                raise RuntimeError(f"{bad} bad readings in succession")
     finally:
         axis.send(SET_AXIS_STATE, "<I", IDLE)
 # add]

@@ -10,6 +10,7 @@ from dynamixel_sdk import COMM_SUCCESS, PacketHandler, PortHandler
 
 ID, BAUD = 1, 1_000_000
 N_M_PER_UNIT = 0.0045  # one unit of Goal Current: 2.69 mA times the output torque per ampere; set yours
+BAD_MAX = 20  # bad readings in succession, 80 ms
 OFFSET, N_M_PER_COUNT = 2048, 0.001  # the sensor's amplifier, 4,095 counts at 3.3 V; set yours
 
 OPERATING_MODE, EXTERNAL_PORT_MODE_1, TORQUE_ENABLE = 11, 56, 64
@@ -56,11 +57,15 @@ class Servo:
 # [add
 def hold(servo, loop, references, pause):
     """Sends one reference per period until they end. Then, or at any fault, it switches the torque off."""
-    left = 0.0
+    left, bad = 0.0, 0
     try:
         servo.start()
         for reference in references:
+            before = loop.bad_inputs
             wanted = loop.step(reference, servo.torque()) / N_M_PER_UNIT + left
+            bad = bad + 1 if loop.bad_inputs > before else 0
+            if bad == BAD_MAX:
+                raise RuntimeError(f"{bad} bad readings in succession")
             units = round(wanted)
             left = wanted - units  # the rounding remainder goes into the next command
             servo.command(units)

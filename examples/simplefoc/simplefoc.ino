@@ -11,6 +11,7 @@ InlineCurrentSense current_sense = InlineCurrentSense(0.01f, 50.0f, A0, A2);
 #include "rig_1khz_f32.h"
 
 const float      AMPERE_PER_N = 0.8f; // u in N is the force at rest without friction
+const uint8_t    BAD_MAX      = 20;   // bad readings in succession
 volatile float   reference_n;
 volatile uint8_t ticks; // counts the timer's interrupts
 
@@ -21,8 +22,15 @@ float read_force_n(); // write this; it returns NAN if there is no reading
 
 float force_control(FOCMotor *)
 {
-    const float u_n = tribo_force_loop_f32_step(&rig_params, &force_loop, reference_n, read_force_n(), NULL);
+    static uint8_t bad;
+    const uint32_t before = force_loop.bad_inputs;
+    const float    u_n    = tribo_force_loop_f32_step(&rig_params, &force_loop, reference_n, read_force_n(), NULL);
     tribo_feedforward_f32_learn(&rig_params, &memory);
+    bad = force_loop.bad_inputs != before ? bad + 1 : 0;
+    if (bad == BAD_MAX)
+    {
+        motor.disable();
+    }
     return AMPERE_PER_N * u_n;
 }
 

@@ -10,6 +10,7 @@ HEADER
 #define PERIOD_S     0.001f
 #define STACK        4096u
 #define OFF_DELAY_S  0.02f // the current stays on for this time without a command
+#define BAD_MAX      20u   // bad readings in succession before the thread ends
 
 float reference_n(void); // write this: read an app, a CAN frame or a Lisp extension
 
@@ -24,6 +25,7 @@ typedef struct
     tribo_guard_f32_params_t       guard_params;
     tribo_force_loop_f32_state_t   loop;
     tribo_feedforward_f32_memory_t memory;
+    uint32_t                       bad;
 } axis_t;
 
 static bool make(axis_t *axis)
@@ -34,6 +36,7 @@ static bool make(axis_t *axis)
     rig.sample_time_s = PERIOD_S; // the paper's controller is refused at every other sample time
     rig.method        = tribo_feedforward_f32_use(&axis->feedforward, &method);
     rig.guard         = tribo_guard_f32_use(&axis->guard_params, &limits);
+    axis->bad         = 0;
     axis->loop        = (tribo_force_loop_f32_state_t){.memory = &axis->memory.state.tick};
     return tribo_force_loop_f32_init(&axis->params, &rig) == TRIBO_OK &&
            tribo_force_loop_f32_start(&axis->loop, &axis->params, false) == TRIBO_OK;
@@ -41,9 +44,11 @@ static bool make(axis_t *axis)
 
 static void tick(axis_t *axis)
 {
-    const float y = (VESC_IF->io_read_analog(VESC_PIN_ADC1) - OFFSET_V) * N_PER_V;
-    const float u = tribo_force_loop_f32_step(&axis->params, &axis->loop, reference_n(), y, NULL);
+    const uint32_t before = axis->loop.bad_inputs;
+    const float    y      = (VESC_IF->io_read_analog(VESC_PIN_ADC1) - OFFSET_V) * N_PER_V;
+    const float    u      = tribo_force_loop_f32_step(&axis->params, &axis->loop, reference_n(), y, NULL);
     tribo_feedforward_f32_learn(&axis->params, &axis->memory);
+    axis->bad = axis->loop.bad_inputs != before ? axis->bad + 1u : 0u;
     VESC_IF->timeout_reset();
     VESC_IF->mc_set_current_off_delay(OFF_DELAY_S);
     VESC_IF->mc_set_current(u * AMPERE_PER_N);
@@ -74,7 +79,7 @@ static void run(void *argument)
     {
         tick(axis);
         wait(start);
-        good = VESC_IF->mc_get_fault() == FAULT_CODE_NONE;
+        good = VESC_IF->mc_get_fault() == FAULT_CODE_NONE && axis->bad < BAD_MAX;
     }
     VESC_IF->mc_set_current(0.0f);
 }

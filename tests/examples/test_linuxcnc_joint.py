@@ -41,6 +41,13 @@ def test_the_output_goes_with_enable(modules, tmp_path):
     assert (faults, guards) == (["FALSE"] * 3, ["0"] * 3)
 
 
+def test_output_and_offset_go_without_readings(modules, tmp_path):
+    out = printed(halrun(modules, tmp_path, HAL + "\n".join((
+        "loadusr -w sleep 6", *PINS, *(f"{verb} tribo-joint.0.{pin}{value}" for pin in ("feedback", "effort") for verb, value in (
+            ("unlinkp", ""), ("setp", " nan"))), WAIT, *PINS)) + "\n"))
+    assert [float(x) == 0 for x in (*out[:2], *out[4:6])] == [False, False, True, True]
+
+
 def test_the_term_goes_where_the_motors_phases_are_exchanged(modules, tmp_path):
     out = printed(halrun(modules, tmp_path, HAL + "\n".join((
         "loadusr -w sleep 6", *PINS, "setp sim-joint.0.exchanged 1", WAIT, WAIT, *PINS, "unlinkp tribo-joint.0.command",

@@ -1,6 +1,7 @@
 """examples/moteus over the real client, against a fake drive on a virtual bus."""
 
 import asyncio
+import math
 
 import moteus
 import pytest
@@ -75,10 +76,32 @@ def test_the_drive_lets_go_when_the_loop_hangs(loop, drive):
     assert len(drive.forces) == 10
 
 
-def test_the_loop_ends_without_an_answer(loop, drive):
+@pytest.mark.parametrize("tick", [0, 10])
+def test_the_loop_ends_without_an_answer(loop, drive, tick):
     async def pause():
         drive.deaf = len(drive.forces) == 10
 
+    drive.deaf = tick == 0
     with pytest.raises(asyncio.TimeoutError):
         hold(loop, drive, [0.5] * 100, pause, 0.2)
-    assert len(drive.forces) == 10
+    assert len(drive.forces) == tick
+
+
+def test_the_drive_is_stopped_after_20_bad_readings(loop, drive):
+    async def pause():
+        if len(drive.forces) == 10:
+            drive.arm.reading = math.nan
+
+    with pytest.raises(RuntimeError, match="20 bad readings"):
+        hold(loop, drive, [0.5] * 510, pause)
+    drive.finish()
+    assert (len(drive.forces), drive.mode, drive.torque) == (30, moteus.Mode.STOPPED, 0)
+
+
+def test_the_loop_goes_on_after_19_bad_readings(loop, drive):
+    async def pause():
+        if len(drive.forces) in (10, 29):
+            drive.arm.reading = math.nan if len(drive.forces) == 10 else 0.5
+
+    hold(loop, drive, [0.5] * 100, pause)
+    assert (len(drive.forces), loop.bad_inputs) == (100, 19)

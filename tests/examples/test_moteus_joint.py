@@ -1,6 +1,7 @@
 """examples/moteus/joint.py over the real client, against a fake drive on a virtual bus."""
 
 import asyncio
+import math
 from itertools import islice
 
 import moteus
@@ -60,6 +61,25 @@ def test_the_term_goes_where_the_torques_sign_is_wrong(request):
     assert term.report().cause.startswith("reversed")
     sent = [abs(feedforward) for *_, feedforward in drive.seen]
     assert max(sent) > 0.05 and max(sent[-TICKS // 2:]) < 1e-9
+
+
+@pytest.mark.parametrize("register", ["POSITION", "TORQUE"])
+def test_the_term_goes_while_the_drive_reports_nan_and_comes_back(request, register):
+    class Blind(fake.FakeJoint):
+        """It reports NaN for the second from tick 3000 on."""
+
+        def values(self):
+            is_blind = 3000 <= len(self.seen) < 3500
+            return super().values() | ({moteus.Register[register]: math.nan} if is_blind else {})
+
+    drive = Blind(request.node.name, joint.PERIOD_S, joint.COUNTS)
+    follow(drive, joint.friction())
+    drive.close()
+    sent = [abs(feedforward) for *_, feedforward in drive.seen]
+    assert all(map(math.isfinite, sent))
+    assert max(sent[2500:3000]) > 0.05 and max(sent[4500:]) > 0.05
+    if register == "POSITION":
+        assert max(sent[3050:3500]) < 1e-6  # 0.1 s later
 
 
 def test_a_fault_of_the_drive_ends_the_loop(drive):

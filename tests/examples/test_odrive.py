@@ -1,5 +1,8 @@
 """examples/odrive over python-can, against a fake drive on a virtual bus."""
 
+import math
+import threading
+
 import can
 import pytest
 import tribo
@@ -58,14 +61,50 @@ def test_the_drive_lets_go_when_the_loop_hangs(loop, drive):
     assert (len(drive.forces), drive.torque) == (10, 0)
 
 
-def test_the_axis_is_idle_without_its_sensor(loop, drive, monkeypatch):
+@pytest.mark.parametrize("others", [False, True])
+def test_the_axis_is_idle_without_its_sensor(loop, drive, monkeypatch, others):
+    """`others`: another node's frames keep coming."""
     monkeypatch.setattr(force, "PATIENCE_S", 0.2)
+    over = threading.Event()
+
+    def chat():
+        with can.Bus(interface="virtual", channel=drive.bus.channel_id) as bus:
+            while not over.wait(0.05):
+                bus.send(can.Message(arbitration_id=0x123, data=bytes(8), is_extended_id=False))
 
     def cut():
         drive.has_sensor = False
 
     drive.at[10] = cut
+    chatter = threading.Thread(target=chat)
+    if others:
+        chatter.start()
     with pytest.raises(TimeoutError):
         hold(loop, drive, [0.5] * 100)
+    over.set()
+    if others:
+        chatter.join()
     drive.finish()
     assert (len(drive.forces), drive.state) == (10, IDLE)
+
+
+def break_sensor(drive):
+    drive.arm.reading = math.nan
+
+
+def test_the_axis_is_idle_after_20_bad_readings(loop, drive):
+    drive.at[10] = lambda: break_sensor(drive)
+    with pytest.raises(RuntimeError, match="20 bad readings"):
+        hold(loop, drive, [0.5] * 510)
+    drive.finish()
+    assert (len(drive.forces), drive.state, drive.torque) == (30, IDLE, 0)
+
+
+def test_the_loop_goes_on_after_19_bad_readings(loop, drive):
+    def mend():
+        drive.arm.reading = 0.5
+
+    drive.at[10], drive.at[29] = lambda: break_sensor(drive), mend
+    hold(loop, drive, [0.5] * 100)
+    drive.finish()
+    assert (len(drive.forces), loop.bad_inputs) == (100, 19)

@@ -1,5 +1,7 @@
 """examples/odrive/joint.py: a joint without a force sensor behind a fake drive on a virtual bus."""
 
+import math
+import struct
 import sys
 
 import can
@@ -17,9 +19,13 @@ def references():
     return [q for q, _ in zip(joint.swing(joint.PERIOD_S), range(int(SECONDS / joint.PERIOD_S)))]
 
 
-@pytest.fixture(name="drive")
-def _drive(request, monkeypatch):
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch):
     monkeypatch.setattr(sys.modules["force"], "PATIENCE_S", 5.0)  # of a machine that is busy
+
+
+@pytest.fixture(name="drive")
+def _drive(request):
     drive = fake.FakeJoint(request.node.name, joint.PERIOD_S)
     yield drive
     drive.close()
@@ -56,6 +62,30 @@ def test_the_term_goes_where_the_motor_turns_the_other_way(request):
     report = term.report()
     assert report.cause != "sound" and report.share == 0
     assert (drive.state, drive.torque) == (IDLE, 0)
+
+
+def test_the_torque_goes_while_the_encoder_reports_nan_and_comes_back(request):
+    class Blind(fake.FakeJoint):
+        """It reports NaN for the second from tick 3000 on."""
+
+        torques = []
+
+        def move(self, torque):
+            self.torques.append(torque)
+            super().move(torque)
+
+        def sense(self):
+            position = math.nan if 3000 <= len(self.seen) < 3500 else self.hinge.reading
+            if self.state == 8:
+                self.send(fake.NODE << 5 | 0x09, struct.pack("<ff", position, self.hinge.speed))
+
+    drive = Blind(request.node.name, joint.PERIOD_S)
+    follow(drive, joint.friction(), references()[:6000])
+    drive.close()
+    sent = [abs(torque) for torque in drive.torques]
+    assert all(map(math.isfinite, sent))
+    assert max(sent[3050:3500]) < 1e-6  # 0.1 s later
+    assert max(sent[4500:]) > 0.05
 
 
 def test_a_fault_of_the_drive_ends_the_loop(drive):

@@ -1,5 +1,7 @@
 """examples/servo over ROBOTIS' own client, against a fake servo on a pty."""
 
+import time
+
 import dynamixel_sdk.port_handler
 import pytest
 import tribo
@@ -69,3 +71,26 @@ def test_the_loop_ends_without_an_answer(loop, drive, monkeypatch):
     with pytest.raises(TimeoutError):
         hold(loop, drive, [0.5] * 100)
     assert len(drive.forces) <= 11
+
+
+def open_sensor(drive):
+    drive.arm.reading = -1e9  # 0 counts, for longer than the test
+
+
+def test_the_torque_is_off_after_20_bad_readings(loop, drive):
+    drive.at[10] = lambda: open_sensor(drive)
+    with pytest.raises(RuntimeError, match="20 bad readings"):
+        hold(loop, drive, [0.5] * 260)
+    due = time.monotonic() + 60.0
+    while drive.memory[fake.ENABLE] and time.monotonic() < due:
+        time.sleep(0.01)  # the last packet asks for no answer
+    assert (len(drive.forces), drive.memory[fake.ENABLE], drive.units) == (29, 0, 0)
+
+
+def test_the_loop_goes_on_after_19_bad_readings(loop, drive):
+    def mend():
+        drive.arm.reading = 0.5
+
+    drive.at[10], drive.at[29] = lambda: open_sensor(drive), mend
+    hold(loop, drive, [0.5] * 100)
+    assert (len(drive.forces), loop.bad_inputs) == (100, 19)

@@ -5,27 +5,30 @@ import re
 from conftest import RMS_MAX_UN, make, rms_un
 
 
-def test_simplefocs_sketch_follows_against_friction_until_a_tick_is_missed(tmp_path):
+def test_simplefocs_sketch_follows_against_friction_until_a_tick_is_missed_or_the_sensor_fails(tmp_path):
     out = make("simplefoc", tmp_path, "run")
     assert rms_un(out) < RMS_MAX_UN
     assert "enabled 1" in out
-    out = make("simplefoc", tmp_path, "run", "STALL=1")
-    assert rms_un(out) > 100 * RMS_MAX_UN
-    assert "enabled 0" in out
+    assert "enabled 1" in make("simplefoc", tmp_path, "run", "WITH=glitch")
+    for word, after in (("stall", 1), ("blind", 19)):
+        out = make("simplefoc", tmp_path, "run", f"WITH={word}")
+        assert rms_un(out) > 100 * RMS_MAX_UN
+        assert out.endswith(f"enabled 0, off after {after}\n")
 
 
 def test_simplefocs_joint_follows_against_friction_and_its_guard_takes_the_term_out(tmp_path):
     def run(word):
         out = make("simplefoc", tmp_path, "joint", f"WITH={word}")
-        return dict(zip(("error", "enabled", "friction", "share", "cause"), re.match(
-            r"RMS error (\d+) urad, enabled (\d), friction (\d+) mA, share ([\d.]+), (\w+)", out).groups()))
+        return dict(zip(("error", "enabled", "friction", "share", "cause", "blind"), re.match(
+            r"RMS error (\d+) urad, enabled (\d), friction (\d+) mA, share ([\d.]+), (\w+).*, (\d+) uA", out).groups()))
 
-    on, off, stall, exchanged = (run(word) for word in ("", "off", "stall", "reversed"))
+    on, off, stall, exchanged, blind = (run(word) for word in ("", "off", "stall", "reversed", "blind"))
     assert int(off["error"]) > 2.5 * int(on["error"])
     assert (on["enabled"], on["share"], on["cause"]) == ("1", "1.00", "sound")
     assert 360 < int(on["friction"]) < 440  # 0.1 N m, 4 A for a newton metre
     assert stall["enabled"] == "0"
     assert (exchanged["share"], exchanged["cause"]) == ("0.00", "astray")
+    assert (blind["blind"], blind["enabled"]) == ("0", "1")
 
 
 def test_the_loop_for_moteus_in_cpp_follows_and_stops_with_a_fault(tmp_path):

@@ -47,6 +47,7 @@ class Vesc:
         uc.hook_add(UC_HOOK_CODE, self.trap, begin=TRAPS, end=TRAPS + 4 * 256 - 1)
         self.arm, self.references = Arm(PERIOD_S), references
         self.now_s, self.fault, self.late = 0.0, 0, 0.0
+        self.cut = range(0)  # ticks in which the sensor's wire is open
         self.forces, self.currents, self.delays = [], [], []
         self.thread, self.freed, self.fed = None, False, 0
         assert self.call(base + start, INFO) == 1
@@ -97,7 +98,9 @@ class Vesc:
         return len(self.forces) == len(self.references)
 
     def io_read_analog(self, pin, _):
-        return OFFSET_V + self.arm.reading / N_PER_V if pin == 7 else 3.3 * self.references[len(self.forces)]
+        if pin == 7:
+            return 0.0 if len(self.forces) in self.cut else OFFSET_V + self.arm.reading / N_PER_V
+        return 3.3 * self.references[len(self.forces)]
 
     def mc_get_fault(self, *_):
         return self.fault if len(self.forces) >= 10 else 0
@@ -151,6 +154,17 @@ def test_a_fault_ends_the_thread(image):
     assert vesc.currents[-1] == 0
     vesc.call(vesc.stop & ~1, vesc.argument)
     assert vesc.freed
+
+
+def test_20_bad_readings_end_the_thread(image):
+    vesc = Vesc(image, 0x08060000, [0.5] * 1100)
+    vesc.cut = range(10, 1010)
+    vesc.run()
+    assert (len(vesc.currents), vesc.currents[-1]) == (31, 0)
+    vesc = Vesc(image, 0x08060000, [0.5] * 100)
+    vesc.cut = range(10, 29)
+    vesc.run()
+    assert len(vesc.currents) == 101
 
 
 def test_a_package_at_another_tick_runs_no_controller_of_1_ms(tmp_path):

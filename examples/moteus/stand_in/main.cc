@@ -1,4 +1,5 @@
-// Runs hold() of force.cc against the stand-in: with the triangle, with a fault, and with a drive that does not answer.
+// Runs hold() of force.cc against the stand-in: with the triangle, with a fault, with a drive that does not answer, and with
+// a sensor without readings.
 
 #define FORCE_NO_MAIN
 #include "../force.cc"
@@ -7,17 +8,18 @@
 
 #define PERIOD 5000u // ticks
 
-/// Returns true if hold() throws after ten ticks and leaves the drive stopped.
-static bool stops_and_throws(bool mjbots::moteus::Controller::*with)
+/// Returns true if hold() throws in the tick `last` at the latest, of a failure after ten ticks, and leaves the drive
+/// stopped.
+static bool stops_and_throws(bool mjbots::moteus::Controller::*with, int last)
 {
     moteus::Controller controller(options());
     int                ticks = 0;
     try
     {
-        hold(controller, [] { return 0.5; }, [&] { controller.*with = ++ticks == 10; });
+        hold(controller, [] { return 0.5; }, [&] { controller.*with = ++ticks >= 10; });
     } catch (const std::runtime_error &)
     {
-        return ticks <= 11 && controller.mode == moteus::Mode::kStopped;
+        return ticks <= last && controller.mode == moteus::Mode::kStopped;
     }
     return false;
 }
@@ -36,5 +38,9 @@ int main()
     };
     hold(controller, next, [] {});
     std::printf("RMS error %.0f uN\n", 1e6 * std::sqrt(square / PERIOD));
-    return stops_and_throws(&moteus::Controller::faulty) && stops_and_throws(&moteus::Controller::silent) ? 0 : 1;
+    using moteus::Controller;
+    return stops_and_throws(&Controller::faulty, 11) && stops_and_throws(&Controller::silent, 11) &&
+                   stops_and_throws(&Controller::blind, 30)
+               ? 0
+               : 1;
 }

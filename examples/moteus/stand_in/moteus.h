@@ -105,7 +105,7 @@ class Controller {
         Optional answer;
         answer.there                        = !silent;
         answer.result.values.mode           = mode;
-        answer.result.values.extra[0].value = 0.5 + arm.reading_n / 4.0;
+        answer.result.values.extra[0].value = blind ? NAN : 0.5 + arm.reading_n / 4.0;
         return answer;
     }
 
@@ -124,7 +124,7 @@ class Controller {
     Options options;
     arm_t   arm    = {};
     Mode    mode   = Mode::kStopped;
-    bool    faulty = false, silent = false;
+    bool    faulty = false, silent = false, blind = false;
 };
 
 } // namespace moteus
