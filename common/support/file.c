@@ -114,3 +114,15 @@ bool common_file_is_same(const char *a, const char *b)
     struct stat x, y;
     return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
 }
+
+bool common_file_check_result(const char *result, const char *const *inputs, size_t count, common_error_t *error)
+{
+    for (size_t i = 0; i < count; i++)
+    {
+        if (inputs[i] != NULL && common_file_is_same(result, inputs[i]))
+        {
+            return common_error_set(error, "%s: cannot be written: this run reads it", result);
+        }
+    }
+    return true;
+}

@@ -19,4 +19,7 @@ bool common_file_exists(const char *path);
 /// Returns true if both paths lead to the same existing file.
 bool common_file_is_same(const char *a, const char *b);
 
+/// Returns false, with the error, if a result would replace one of the files that a run reads. Null inputs are none.
+bool common_file_check_result(const char *result, const char *const *inputs, size_t count, common_error_t *error);
+
 #endif

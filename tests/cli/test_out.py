@@ -152,6 +152,25 @@ def test_a_full_disk_leaves_the_file_as_it_was(sim, writes):
     assert out.read_text() == OLD
 
 
+@pytest.mark.parametrize("options, result", [
+    ("scenario.yaml --out .", "./scenario.yaml"), ("x.yaml --out .", "./trace.csv"), ("x.yaml --learned learned.yaml --set reference.kind=step --out .", "./learned.yaml"),
+    ("x.yaml --learned learned.yaml --set compensator.method=paper --set reference.kind=step --out link", "link/learned.yaml"), ("x.svg --plot x.svg", "x.svg"), ("x.svg --plot link/x.svg", "link/x.svg")])
+def test_a_run_does_not_write_over_its_inputs(sim, options, result):
+    for name in ("scenario.yaml", "x.svg"):
+        sim.write(name, SHORT)
+    sim.write("x.yaml", "# by hand\nduration_s: 0.01\nreference: {kind: csv, file: trace.csv}\n")
+    sim.write("trace.csv", "t_s,r_N\n0,0\n1,0.1\n")
+    sim.write("learned.yaml", "gain: 0.9\n")
+    (sim.folder / "link").symlink_to(".")
+    if "reference.kind=step" in options:
+        (sim.folder / "trace.csv").unlink()
+    before = {path.name: path.read_bytes() for path in sim.folder.iterdir() if path.is_file()}
+    sim.fails(f"{result}: cannot be written: this run reads it", "run", *options.split())
+    assert {path.name: path.read_bytes() for path in sim.folder.iterdir() if path.is_file()} == before
+    sim.fails("params: --out learned.yaml is the same file as --learned learned.yaml (tribo-sim --help lists the commands)",
+              "params", "scenario.yaml", "--learned", "learned.yaml", "--out", "learned.yaml", status=2)
+
+
 # What was there before, and where the run writes to.
 FOLDERS = (("", "a"), ("", "a/b//c/"), ("a", "a/b/c"), ("a/b", "a/b"), ("", "{}/a/b"))
 

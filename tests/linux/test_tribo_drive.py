@@ -336,9 +336,21 @@ def test_the_feed_forwards_poles_are_the_residuals_unless_the_configuration_name
     drive.ticks(1000, *slow)
 
 
-def test_a_log_that_cannot_be_made(drive):
-    run = drive.run("rig.yaml", "--log", "nowhere/log.csv")
-    assert run.returncode == 1 and "--log nowhere/log.csv: No such file" in run.stderr
+@pytest.mark.parametrize("log, why", [
+    ("nowhere/log.csv", "No such file or directory"), (".", "Is a directory"), ("old.csv", "it is read-only"), ("rig.yaml", "this run reads it"), ("loop.yaml", "this run reads it"),
+    ("ref.csv", "this run reads it"), ("store.bin", "this run reads it"), ("link/rig.yaml", "this run reads it")])
+@pytest.mark.parametrize("check", [[], ["--check"]])
+def test_a_log_that_cannot_be_made_or_would_replace_an_input(drive, log, why, check):
+    drive.write("rig.yaml", RIG + "store: store.bin\n")
+    drive.write("ref.csv", "t_s,r_N\n0,0\n1,0.1\n")
+    (drive.folder / "link").symlink_to(".")
+    for name in ("store.bin", "old.csv"):
+        drive.write(name, "")
+    (drive.folder / "old.csv").chmod(0o444)
+    before = {path.name: path.read_bytes() for path in drive.folder.iterdir() if path.is_file()}
+    run = drive.run("rig.yaml", "--reference", "ref.csv", "--log", log, *check)
+    assert run.returncode == 1 and run.stderr.endswith(f"{log}: cannot be written: {why}\n")
+    assert {path.name: path.read_bytes() for path in drive.folder.iterdir() if path.is_file() and path.name != "lines"} == before
 
 
 CLOCK = RIG + "drive: {period_us: 20000, late_us: 19999, budget_us: 20000, residual_n: 0, command_limit_ms: 0}\n"

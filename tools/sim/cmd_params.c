@@ -90,7 +90,7 @@ static int take(void *context, int key, const char *value)
     }
 }
 
-/// The result must not overwrite its scenario.
+/// The result must not overwrite its scenario, nor what was learned.
 static int check_out(const options_t *options)
 {
     char *path   = sim_scenario_path(options->choice.name);
@@ -100,6 +100,11 @@ static int check_out(const options_t *options)
         status = sim_usage("params: --out %s is the same file as the scenario %s", options->out, path);
     }
     free(path);
+    if (status == 0 && options->out != NULL && options->choice.learned != NULL &&
+        common_file_is_same(options->out, options->choice.learned))
+    {
+        status = sim_usage("params: --out %s is the same file as --learned %s", options->out, options->choice.learned);
+    }
     return status;
 }
 

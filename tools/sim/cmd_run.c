@@ -7,6 +7,7 @@
 #include "sim/progress.h"
 #include "sim/scenario_choice.h"
 #include "sim/trace.h"
+#include "support/file.h"
 #include "support/number.h"
 #include "support/output_file.h"
 #include "support/text.h"
@@ -158,6 +159,25 @@ static const char *const file_names[FILES] = {"trace.csv",
                                               "learned.yaml",
                                               "scenario.yaml",
                                               "summary.json"};
+
+/// Refuses results in the place of the scenario, of its reference, or of what is learned.
+static bool check_results(const common_scenario_t *scenario, const options_t *options, common_error_t *error)
+{
+    char             *path      = sim_scenario_path(options->choice.name);
+    char             *reference = common_scenario_reference_path(scenario);
+    const char *const inputs[]  = {path, reference, options->choice.learned};
+    const size_t      count     = sizeof inputs / sizeof inputs[0];
+    bool              ok = options->plot == NULL || common_file_check_result(options->plot, inputs, count, error);
+    for (int i = 0; ok && options->folder != NULL && i < FILES; i++)
+    {
+        char *result = common_text_format("%s/%s", options->folder, file_names[i]);
+        ok           = result == NULL || common_file_check_result(result, inputs, count, error);
+        free(result);
+    }
+    free(path);
+    free(reference);
+    return ok;
+}
 
 /// Opens the run's files in the folder, and removes the Q31 trace of an earlier run.
 static bool open_files(recorder_t *recorder, const options_t *options, bool learns, common_error_t *error)
@@ -423,7 +443,7 @@ static bool simulate_and_report(const common_scenario_t *scenario, options_t *op
 {
     sim_summary_t summary;
     char         *json = NULL;
-    if (!common_output_check(options->plot, error))
+    if (!check_results(scenario, options, error) || !common_output_check(options->plot, error))
     {
         return false;
     }

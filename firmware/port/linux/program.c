@@ -18,6 +18,7 @@
 #include "loop/loop_config.h"
 #include "loop/reference.h"
 #include "support/data_path.h"
+#include "support/file.h"
 #include "support/number.h"
 #include "support/output_file.h"
 #include "tribo/status.h"
@@ -535,6 +536,21 @@ static bool set_shape(program_t *program, common_error_t *error)
            (!is_csv || common_scenario_set(program->scenario, "reference.kind=csv", error));
 }
 
+/// Refuses a log that takes no rows, or that would replace a file of this run.
+static bool check_log(const program_t *program, const char *scenario, common_error_t *error)
+{
+    const options_t *options = program->options;
+    char             store[2 * RIG_PATH_MAX];
+    path_of(program->rig->store, options->config, store);
+    char             *reference = common_scenario_reference_path(program->scenario);
+    const char *const inputs[]  = {options->config, scenario, reference, store};
+    const bool        ok        = options->log == NULL ||
+                    (common_file_check_result(options->log, inputs, sizeof inputs / sizeof inputs[0], error) &&
+                     common_output_check(options->log, error));
+    free(reference);
+    return ok;
+}
+
 static bool open_scenario(program_t *program, common_error_t *error)
 {
     char beside[2 * RIG_PATH_MAX];
@@ -545,12 +561,12 @@ static bool open_scenario(program_t *program, common_error_t *error)
                                       : common_scenario_create_of(common_loop_keys, sizeof(common_loop_keys_t));
     bool ok            = (program->scenario != NULL && path != NULL) || common_error_set(error, "out of memory");
     ok                 = ok && common_scenario_load(program->scenario, path, error);
-    free(path);
     for (unsigned i = 0; ok && i < program->options->set_count; i++)
     {
         ok = common_scenario_set(program->scenario, program->options->sets[i], error);
     }
-    ok = ok && (program->options->shape == NULL || set_shape(program, error));
+    ok = ok && (program->options->shape == NULL || set_shape(program, error)) && check_log(program, path, error);
+    free(path);
     ok = ok &&
          (desk != NULL ? desk->check(program->scenario, error)
                        : common_check_present(program->scenario, error) && common_check_loop(program->scenario, error));
