@@ -200,15 +200,16 @@ static char *find_place(const char *path)
     return is_link ? realpath(path, NULL) : strdup(path);
 }
 
-/// Opens a file to take the place of the old one, if there is one, with its mode and, if this user may give files away, its owner.
+/// Opens a file to take the place of the old one, if there is one, with its mode and owner as far as user and file system allow.
 static bool open_regular(common_output_file_t *file, const struct stat *old)
 {
-    if (!open_next_to(file) || old == NULL)
+    const bool opened = open_next_to(file);
+    if (opened && old != NULL)
     {
-        return file->stream != NULL;
+        (void)!fchown(fileno(file->stream), old->st_uid, old->st_gid);
+        (void)fchmod(fileno(file->stream), old->st_mode & 07777u);
     }
-    (void)!fchown(fileno(file->stream), old->st_uid, old->st_gid);
-    return fchmod(fileno(file->stream), old->st_mode & 07777u) == 0;
+    return opened;
 }
 
 /// Opening these names would start at the beginning of a file that a shell appends to.
@@ -279,6 +280,11 @@ bool common_output_check(const char *path, common_error_t *error)
         return true; // opening a pipe would wait for its reader
     }
     const bool ok = common_output_open(&file, path, error);
+    if (file.stream != NULL)
+    {
+        (void)fclose(file.stream);
+        file.stream = NULL;
+    }
     common_output_discard(&file, 1);
     return ok;
 }
