@@ -18,7 +18,7 @@
 #define INPUT_MAX 2.0
 #define L0        0.007 // the paper's breakaway
 #define L1        0.3
-#define STOP      RUNS(15000, 3000) // where a reference stops, or is no more followed
+#define STOP      RUNS(15000, 13000) // where a reference stops, or is no more followed
 
 static random_t                       r;
 static tribo_feedforward_f32_config_t config;
