@@ -874,4 +874,42 @@ static void test_the_force_from_current_is_within_its_interval(void)
     TEST_ASSERT_TRUE(TRIBO(joint, force)(&joint).low > 0.1f); // it holds something
 }
 
+/// A PD that has no integral, whose q_ref starts at its peak speed: the joint overshoots q_ref in its first swing. `is_exchanged`: the motor's
+/// phases are, so that the joint runs away.
+static tribo_joint_report_t swung(double hertz, double swing, bool is_exchanged)
+{
+    const double turn = 6.283185307179586 * hertz;
+    plant_t      x    = {.friction = FRICTION};
+    double       last = 0.0;
+    begin(0.1);
+    for (long tick = 0; tick < 3000; tick++)
+    {
+        const double t      = H * (double)tick;
+        const double q      = floor(x.position);
+        const double e      = swing * sin(turn * t) - q;
+        const double effort = fmax(-1.0, fmin(1.0, MASS * 40.0 * (40.0 * e + (e - last) / H)));
+        const double u      = step(effort, swing * sin(turn * t), q);
+        last                = e;
+        for (int i = 0; i < 10; i++)
+        {
+            const double push = (is_exchanged ? -u : u) + MASS * x.speed / (H / 10.0);
+            x.speed           = fabs(push) < x.friction ? 0.0 : (push - copysign(x.friction, push)) * H / 10.0 / MASS;
+            x.position += H / 10.0 * x.speed;
+        }
+    }
+    return report();
+}
+
+static void test_a_quick_start_is_no_runaway(void)
+{
+    const double swings[][2] = {{2.0, 2000.0}, {4.0, 500.0}, {1.0, 4000.0}};
+    for (uint32_t i = 0; i < 3; i++)
+    {
+        const tribo_joint_report_t sound = swung(swings[i][0], swings[i][1], false);
+        TEST_ASSERT_EQUAL(TRIBO_JOINT_SOUND, sound.cause);
+        TEST_ASSERT_TRUE(sound.is_learned && sound.share == 1.0f);
+        TEST_ASSERT_NOT_EQUAL(TRIBO_JOINT_SOUND, swung(swings[i][0], swings[i][1], true).cause);
+    }
+}
+
 #include "runners/test_joint.inc" // main

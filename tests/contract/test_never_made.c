@@ -184,14 +184,4 @@ static void test_an_axis_and_a_joint_that_are_not_made_put_out_nothing(void)
     TEST_ASSERT_TRUE(TRIBO(joint, step)(&joint, 1, 0, 0) == 0);
 }
 
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_loop_of_no_params_puts_out_nothing);
-    RUN_TEST(test_a_running_loop_goes_to_no_params_and_back);
-    RUN_TEST(test_a_loop_that_no_start_has_seen_stays_within_its_limits);
-    RUN_TEST(test_parts_of_no_params_give_nothing);
-    RUN_TEST(test_methods_of_no_params_learn_and_estimate_nothing);
-    RUN_TEST(test_an_axis_and_a_joint_that_are_not_made_put_out_nothing);
-    return UNITY_END();
-}
+#include "runners/test_never_made.inc" // main

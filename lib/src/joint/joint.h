@@ -88,15 +88,24 @@ static void direct(joint_t *x, way_t intended, way_t off, force_t effort)
     }
 }
 
-/// Trips if the joint runs ahead of q_ref with its term, by more than JOINT_ASTRAY and more than 0.2 s at half of its
-/// last peak speed.
+/// How far a loop may overshoot a q_ref that has started quickly: 0.2 s at half of the joint's own peak speed, up to half
+/// of the travel that q_ref has asked for.
+static long_t overshoot(const joint_t *x)
+{
+    const long_t own   = JOINT_AHEAD * (long_t)(x->slide.peak / 2) * (way_t)x->params.rest_ticks;
+    const long_t asked = x->slide.asked[x->sign > 0] / 2;
+    return own < asked ? own : asked;
+}
+
+/// Trips if the joint runs ahead of q_ref with its term, by more than JOINT_ASTRAY, more than 0.2 s at half of its last
+/// peak speed, and more than an overshoot.
 static void guard(joint_t *x, way_t intended, way_t measured, way_t off)
 {
     const way_t ahead = x->sign > 0 ? way_plus(measured, -intended) : way_plus(intended, -measured);
     const way_t sum   = way_plus(x->astray, ahead);
     x->astray         = sign_of(off) == -x->sign && sum > 0 ? sum : 0;
     if (x->astray > JOINT_ASTRAY * x->params.half &&
-        x->astray > JOINT_AHEAD * (long_t)x->slide.knee * (way_t)x->params.rest_ticks)
+        x->astray > JOINT_AHEAD * (long_t)x->slide.knee * (way_t)x->params.rest_ticks && x->astray > overshoot(x))
     {
         trip(x, TRIBO_JOINT_ASTRAY);
     }
