@@ -359,7 +359,8 @@ class Study:
 
     def _content(self, path: Path) -> str:
         try:
-            content = path.read_bytes()
+            with open(path, "rb") as file:
+                content = file.read(BYTES_MAX + 1)
             if len(content) > BYTES_MAX:
                 raise ScenarioError(f"{path}: is larger than {BYTES_MAX} bytes")
             return content.decode()

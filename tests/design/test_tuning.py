@@ -58,7 +58,7 @@ def test_a_loop_says_the_same_as_its_numbers(tmp_path, capsys, breakaway):
 @pytest.mark.parametrize("limits, said, force", [("{u_min_N: -12, u_max_N: 20}", None, 5.0), ("{u_min_N: -30, u_max_N: 20}", None, 7.5), ("{u_max_N: 4}", None, 1.0), ("{u_max_N: 4}", 3, 3.0)])
 def test_the_usual_force_is_the_librarys(limits, said, force):
     loop = ruamel.yaml.YAML(typ="safe").load(f"limits: {limits}") | ({"compensator": {"usual_force_N": said}} if said else {})
-    assert tuning.rig_of(loop, "loop.yaml")["usual-force"] == force
+    assert tuning.rig_of(loop)["usual-force"] == force
 
 
 def test_a_pole_too_fast_for_a_tick_is_left_out(capsys, tmp_path):
@@ -83,9 +83,14 @@ def test_what_q31_cannot_hold_is_not_printed(capsys, tmp_path):
 
 def test_an_invalid_loop_is_refused(tmp_path, capsys):
     path = tmp_path / "loop.yaml"
-    for text, what in (("- 1", "must be keys and values"), ("sample_time_s: soon", "sample_time_s: value 'soon': must be a number"), ("a: [", "not YAML"), ("a: !!int zz", "not YAML"),
+    for text, what in (("- 1", "must be keys and values"), ("sample_time_s: soon", ":1: sample_time_s: 'soon' is not a number"), ("a: [", "not YAML"), ("a: !!int zz", "not YAML"),
                        ("a: 2001-99-99", "not YAML"), ("[" * 5000, "nested too deeply"), ("a: 1\na: 2", ":2: a: is given twice"),
-                       ("compensator: {friction: {breakaway: {table: [1]}}}", "table: must be a list")):
+                       ("compensator: {friction: {breakaway: {table: [1]}}}", ":1: compensator.friction.breakaway.table[0]"), ("name: paper\nsample_time_s: 0.001", ":1: unknown key name"),
+                       ("compensator: {friction: {breakaway: {table: [{force_N: 1, positive_N: [1]}]}}}", "table[0].positive_N: a number is expected here, not a list"),
+                       ("limits: {u_min_N: -.inf}", ":1: limits.u_min_N: '-.inf' is not a finite number"), ("plant: 5", ":1: plant: a mapping is expected"),
+                       ("description: x", "has no key of a rig: compensator.friction.breakaway.offset_N"),
+                       ("compensator: {friction: {breakaway: {table: [{force_N: 1, positive_N: 1}, {force_N: 1, positive_N: 1}]}}}", "table[0].negative_N: is missing"),
+                       ("compensator: {friction: {breakaway: {table: [{force_N: 1, positive_N: 1, negative_N: 1}, {force_N: 1, positive_N: 1, negative_N: 1}]}}}", "rise")):
         path.write_text(text)
         assert main(["tune", str(path)]) == 2
         assert f"{path}" in (err := capsys.readouterr().err) and what in err

@@ -11,6 +11,8 @@ import ruamel.yaml
 
 from .errors import InputError
 
+SIZE_MAX = 50_000_000
+
 
 def is_there(path):
     """Whether the name exists, also as a dangling link. A path that cannot be accessed is an error, not absent."""
@@ -26,11 +28,12 @@ def is_there(path):
 def read_text(path):
     path = Path(path)
     try:
-        data = path.read_bytes()
+        with open(path, "rb") as file:
+            data = file.read(SIZE_MAX + 1)  # not to the end of a device that has none
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    if len(data) > 50_000_000:
-        raise InputError(f"{path}: too large: {len(data)} bytes, at most 50 MB")
+    if len(data) > SIZE_MAX:
+        raise InputError(f"{path}: too large: more than {SIZE_MAX // 10**6} MB")
     try:
         return data.decode("utf-8-sig"), hashlib.sha256(data).hexdigest()
     except UnicodeDecodeError as error:

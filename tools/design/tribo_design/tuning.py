@@ -41,32 +41,47 @@ def add_options(command):
 def command(options):
     from .reading import read_mapping
 
-    given = rig_of(read_mapping(options.loop), options.loop) if options.loop else {}
+    given = {}
+    if options.loop:
+        loop = read_mapping(options.loop)
+        _check(loop, options.loop)
+        given = rig_of(loop)
+        if not given:
+            raise InputError(f"{options.loop}: has no key of a rig: {', '.join(key for *_, key, _ in RIG)}")
     given |= {name: value for name, *_ in (*RIG, FULL_SCALE) if (value := getattr(options, name.replace("-", "_"))) is not None}
     print(as_yaml(tuned(given)), end="")
     return 0
 
 
-def rig_of(loop, path):
-    """Returns what a scenario says about the rig, by the names of the options."""
+def _check(loop, path):
+    """Refuses what the simulator refuses in this file, and a table that gives no line."""
+    from tribo._core import Scenario, ScenarioError
+
+    try:
+        Scenario(path)
+    except ScenarioError as error:
+        raise InputError(str(error)) from None
+    forces = [float(point["force_N"]) for point in _at(loop, "compensator.friction.breakaway.table") or ()]
+    if not all(low < high for low, high in zip(forces, forces[1:])):
+        raise InputError(f"{path}: compensator.friction.breakaway.table: force_N must rise from point to point")
+
+
+def rig_of(loop):
+    """Returns what a valid scenario says about the rig, by the names of the options."""
     from tribo._native import lib
 
     found = {}
     for name, _, _, key, _ in (*RIG, FULL_SCALE):
         value = _at(loop, key)
         if value is not None:
-            if isinstance(value, bool) or not isinstance(value, (int, float)):
-                raise InputError(f"{path}: {key}: value {value!r}: must be a number")
             found[name] = float(value)
-    limits = [float(value) if isinstance(value := _at(loop, f"limits.{name}"), (int, float)) else 0.0 for name in ("u_min_N", "u_max_N")]
+    limits = [float(_at(loop, f"limits.{name}") or 0.0) for name in ("u_min_N", "u_max_N")]
     if any(limits):
         found["usual-force"] = lib.native_usual_force(found.get("usual-force", 0.0), *limits)
     table = _at(loop, "compensator.friction.breakaway.table")
     if table:  # the nearest line
         import numpy as np
 
-        if not isinstance(table, list) or not all(isinstance(point, dict) and {"force_N", "positive_N", "negative_N"} <= set(point) for point in table):
-            raise InputError(f"{path}: compensator.friction.breakaway.table: must be a list of force_N, positive_N, negative_N")
         for sign, way in (("", "positive_N"), ("negative-", "negative_N")):
             slope, offset = np.polyfit([point["force_N"] for point in table], [point[way] for point in table], 1) if len(table) > 1 else (0.0, table[0][way])
             found |= {f"{sign}slope": max(float(slope), 0.0), f"{sign}offset": max(float(offset), 1e-3 * max(point[way] for point in table))}

@@ -110,7 +110,7 @@ def make(rig, lags, base, readings, left, digest):
     """(loop, design's result, predicted runs, those with lags of other models, its response to `left`, refusals) of the highest bandwidth that passes.
     `base` is the loop without controller."""
     refused = []
-    base["compensator"] |= tuning.compensator(tuning.rig_of(base, "loop.yaml") | {"noise": readings.rms})
+    base["compensator"] |= tuning.compensator(tuning.rig_of(base) | {"noise": readings.rms})
     wishes = [rig.bandwidth_rad_s] if rig.bandwidth_rad_s else [part * CROSSOVER / (lags.whole + rig.sample_time_s) for part in SLOWER]
     for bandwidth in wishes:
         progress.at(f"designs a loop of {bandwidth:.3g} rad/s")
