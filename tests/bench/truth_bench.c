@@ -82,15 +82,10 @@ static cvode_cost_t run_cvode(const rig_t *rig, double tolerance, bool adams)
 static sim_law_t counted_law;
 static long      evaluations;
 
-static double count_update(const void          *law,
-                           const sim_contact_t *start,
-                           const double         z[],
-                           double               end_speed,
-                           double               step_s,
-                           double               z_end[])
+static double count_update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     evaluations++;
-    return sim_lugre_truth.law->update(law, start, z, end_speed, step_s, z_end);
+    return sim_lugre_truth.law->update(law, step, end_speed, z_end);
 }
 
 static void *create_counted(const sim_truth_config_t *config, double step_s)

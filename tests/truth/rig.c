@@ -297,8 +297,9 @@ void rig_slide_end(rig_slide_t *slide)
 
 double rig_slide_step(rig_slide_t *slide, double speed_deg_per_s, double step_s)
 {
-    double z_end[SIM_LAW_STATES_MAX] = {0};
-    slide->f_n = slide->law->update(slide->friction, &slide->contact, slide->z, speed_deg_per_s, step_s, z_end);
+    double               z_end[SIM_LAW_STATES_MAX] = {0};
+    const sim_law_step_t step                      = {.start = slide->contact, .z = slide->z, .length_s = step_s};
+    slide->f_n                                     = slide->law->update(slide->friction, &step, speed_deg_per_s, z_end);
     memcpy(slide->z, z_end, sizeof slide->z);
     slide->position_deg += speed_deg_per_s * step_s;
     slide->contact.time_s += step_s;

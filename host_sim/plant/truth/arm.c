@@ -89,18 +89,17 @@ void *sim_arm_create(const sim_law_t *law, const sim_truth_config_t *config, dou
 /// The equation of one step.
 typedef struct
 {
-    const arm_t  *arm;
-    sim_contact_t start;
-    double        free_speed; ///< w0
-    double        per_newton; ///< c
-    double        end_speed;  ///< w1, once solved
-    double        z_end[SIM_LAW_STATES_MAX];
+    const arm_t   *arm;
+    sim_law_step_t given;
+    double         free_speed; ///< w0
+    double         per_newton; ///< c
+    double         end_speed;  ///< w1, once solved
+    double         z_end[SIM_LAW_STATES_MAX];
 } step_t;
 
 static double friction_at(step_t *step, double end_speed)
 {
-    return step->arm->law
-        ->update(step->arm->friction, &step->start, step->arm->now.z, end_speed, step->arm->step_s, step->z_end);
+    return step->arm->law->update(step->arm->friction, &step->given, end_speed, step->z_end);
 }
 
 /// Finds the root on one side of rest, where friction is continuous, by regula falsi with the Illinois rule. The bracket
@@ -155,7 +154,7 @@ static bool moves(step_t *step, double way, double *f)
 /// can be solutions if friction falls from rest to sliding.
 static double solve(step_t *step)
 {
-    const double way = copysign(1.0, step->start.speed_deg_per_s);
+    const double way = copysign(1.0, step->given.start.speed_deg_per_s);
     double       f;
     if (moves(step, way, &f) || moves(step, -way, &f))
     {
@@ -179,13 +178,15 @@ static void step_once(arm_t *arm, double u_n, sim_truth_signals_t *signals)
 {
     const double stiffness = arm->config.arm.stiffness;
     const double rate      = stiffness * arm->now.speed;
-    step_t       step = {.arm = arm, .start = contact_of(arm, u_n), .per_newton = arm->matrices.gamma_d / stiffness};
-    const double n    = step.start.n_n;
-    step.free_speed   = (arm->matrices.gamma_d * n + arm->matrices.gamma_g * rate) / stiffness;
+    step_t       step      = {.arm        = arm,
+                              .given      = {.start = contact_of(arm, u_n), .z = arm->now.z, .length_s = arm->step_s},
+                              .per_newton = arm->matrices.gamma_d / stiffness};
+    const double n         = step.given.start.n_n;
+    step.free_speed        = (arm->matrices.gamma_d * n + arm->matrices.gamma_g * rate) / stiffness;
 
     const double f     = solve(&step);
     signals->n_n       = n;
-    signals->L_n       = sim_law_breakaway(&step.start, n);
+    signals->L_n       = sim_law_breakaway(&step.given.start, n);
     signals->v_n_per_s = (fabs(n) - fabs(arm->now.n_n)) / arm->step_s;
     signals->f_n       = f;
     arm->now.n_n       = n;
@@ -202,7 +203,7 @@ static void step_once(arm_t *arm, double u_n, sim_truth_signals_t *signals)
     if (arm->law->settle != NULL)
     {
         sim_contact_t end = contact_of(arm, u_n);
-        end.breakaway     = step.start.breakaway;
+        end.breakaway     = step.given.start.breakaway;
         arm->law->settle(arm->friction, &end, arm->now.z);
     }
 }

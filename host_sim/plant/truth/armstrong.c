@@ -85,30 +85,26 @@ static double stuck(const armstrong_t *armstrong, const sim_contact_t *contact, 
 }
 
 /// STRETCH is 0 while sliding. After a stop within the step it is the deflection of the spring that takes over.
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const armstrong_t *armstrong = law;
-    const double       x         = step_s * end_speed;
+    const double       x         = step->length_s * end_speed;
     if (armstrong->way == 0)
     {
-        z_end[STRETCH] = z[STRETCH] + x;
+        z_end[STRETCH] = step->z[STRETCH] + x;
         z_end[MEMORY]  = 0.0;
-        return stuck(armstrong, start, z_end[STRETCH]);
+        return stuck(armstrong, &step->start, z_end[STRETCH]);
     }
-    const double f = sliding(armstrong, start, z[MEMORY], 0.0);
+    const double f = sliding(armstrong, &step->start, step->z[MEMORY], 0.0);
     if ((signbit(end_speed) != 0) == (armstrong->way < 0))
     {
         z_end[STRETCH] = 0.0;
-        z_end[MEMORY]  = z[MEMORY] - (fabs(end_speed) - z[MEMORY]) * common_expm1(-step_s / armstrong->p.memory);
+        z_end[MEMORY] =
+            step->z[MEMORY] - (fabs(end_speed) - step->z[MEMORY]) * common_expm1(-step->length_s / armstrong->p.memory);
         return f + armstrong->p.viscous * end_speed;
     }
     z_end[STRETCH] = f / armstrong->p.stiffness + x;
-    z_end[MEMORY]  = z[MEMORY];
+    z_end[MEMORY]  = step->z[MEMORY];
     return armstrong->p.stiffness * z_end[STRETCH];
 }
 

@@ -55,19 +55,14 @@ static double friction(const void *law, const sim_contact_t *now, const double z
     return f * sim_law_breakaway(now, f);
 }
 
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const bliman_sorine_t *sorine = law;
-    const double           slow   = step_s * end_speed / sorine->p.distance;
+    const double           slow   = step->length_s * end_speed / sorine->p.distance;
     const double           fast   = slow / sorine->p.fast_ratio;
-    z_end[0]                      = (z[0] + fast * sorine->c1) / (1.0 + fabs(fast));
-    z_end[1]                      = (z[1] - slow * sorine->c2) / (1.0 + fabs(slow));
-    return friction(law, start, z_end);
+    z_end[0]                      = (step->z[0] + fast * sorine->c1) / (1.0 + fabs(fast));
+    z_end[1]                      = (step->z[1] - slow * sorine->c2) / (1.0 + fabs(slow));
+    return friction(law, &step->start, z_end);
 }
 
 static void rates(const void *law, const sim_contact_t *now, const double z[], double dz[])

@@ -73,15 +73,10 @@ static double force(const bristle_t *bristle, const sim_contact_t *contact, doub
 }
 
 /// Snaps happen at the end of the step.
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
-    z_end[0] = z[0] + step_s * end_speed;
-    return force(law, start, z_end[0], end_speed);
+    z_end[0] = step->z[0] + step->length_s * end_speed;
+    return force(law, &step->start, z_end[0], end_speed);
 }
 
 /// Snaps a bond at the exact place where its deflection was reached, so that the bonds depend only on the path.

@@ -42,17 +42,10 @@ static double sliding(const coulomb_t *coulomb, const sim_contact_t *contact, do
     return sim_stribeck(coulomb->p.sliding_ratio, w, coulomb->p.stribeck_speed) * sim_law_breakaway(contact, side);
 }
 
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
-    (void)z;
-    (void)step_s;
     (void)z_end;
-    return copysign(sliding(law, start, end_speed, start->speed_deg_per_s), end_speed);
+    return copysign(sliding(law, &step->start, end_speed, step->start.speed_deg_per_s), end_speed);
 }
 
 static double friction(const void *law, const sim_contact_t *now, const double z[])

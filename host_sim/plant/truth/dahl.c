@@ -30,17 +30,12 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     memcpy(&dahl->p, config->own, sizeof dahl->p);
 }
 
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const dahl_t *dahl = law;
     const double  s0   = dahl->p.stiffness;
-    const double  x    = step_s * end_speed;
-    z_end[0]           = (z[0] + x) / (1.0 + s0 * fabs(x) / sim_law_breakaway(start, end_speed));
+    const double  x    = step->length_s * end_speed;
+    z_end[0]           = (step->z[0] + x) / (1.0 + s0 * fabs(x) / sim_law_breakaway(&step->start, end_speed));
     return s0 * z_end[0];
 }
 

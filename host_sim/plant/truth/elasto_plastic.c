@@ -61,21 +61,16 @@ static double force(const elasto_plastic_t *plastic, double z, double dz, double
     return plastic->p.s0 * z + plastic->p.s1 * dz + plastic->p.s2 * w;
 }
 
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const elasto_plastic_t *plastic = law;
-    const double            x       = step_s * end_speed;
-    const double            slope = plastic->p.s0 / level(plastic, start, copysign(start->speed_deg_per_s, end_speed));
+    const double            x       = step->length_s * end_speed;
+    const double slope = plastic->p.s0 / level(plastic, &step->start, copysign(step->start.speed_deg_per_s, end_speed));
     // Use a at the start first, then the mean of start and end.
-    const double at_start = slope * fabs(x) * yielding(plastic, slope * z[0], end_speed);
-    const double middle   = 0.5 * (z[0] + (z[0] + x) / (1.0 + at_start));
-    z_end[0]              = (z[0] + x) / (1.0 + slope * fabs(x) * yielding(plastic, slope * middle, end_speed));
-    return force(plastic, z_end[0], (z_end[0] - z[0]) / step_s, end_speed);
+    const double at_start = slope * fabs(x) * yielding(plastic, slope * step->z[0], end_speed);
+    const double middle   = 0.5 * (step->z[0] + (step->z[0] + x) / (1.0 + at_start));
+    z_end[0]              = (step->z[0] + x) / (1.0 + slope * fabs(x) * yielding(plastic, slope * middle, end_speed));
+    return force(plastic, z_end[0], (z_end[0] - step->z[0]) / step->length_s, end_speed);
 }
 
 static void rates(const void *law, const sim_contact_t *now, const double z[], double dz[])

@@ -40,22 +40,15 @@ static bool stands(const void *law)
     return karnopp->way == 0;
 }
 
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const karnopp_t *karnopp = law;
-    (void)z;
-    (void)step_s;
     (void)z_end;
     if (karnopp->way == 0)
     {
-        return sim_law_limit(start, start->n_n);
+        return sim_law_limit(&step->start, step->start.n_n);
     }
-    return copysign(karnopp->p.sliding_ratio * sim_law_breakaway(start, end_speed), end_speed);
+    return copysign(karnopp->p.sliding_ratio * sim_law_breakaway(&step->start, end_speed), end_speed);
 }
 
 static void settle(void *law, const sim_contact_t *end, double z[])

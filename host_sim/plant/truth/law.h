@@ -38,6 +38,14 @@ typedef struct
     double          n_rate_n_per_s;                  ///< dn/dt; 0 in fixed steps
 } sim_contact_t;
 
+/// A fixed step: its start, with the states there, and its length.
+typedef struct
+{
+    sim_contact_t start;
+    const double *z;
+    double        length_s;
+} sim_law_step_t;
+
 typedef struct sim_law
 {
     size_t   size; ///< size of the law's struct
@@ -49,15 +57,10 @@ typedef struct sim_law
     /// Starts at rest at F = 0, with the config's own parameters.
     void (*reset)(void *law, const sim_truth_config_t *config, double z[]);
 
-    /// For fixed steps: computes friction and states at the end of a step that starts at `start` with `z` and ends with
-    /// `end_speed`. If friction jumps with the direction of motion, +0.0 and -0.0 are the two sides. `z_end` is not `z`.
-    /// Null if the model makes its own steps.
-    double (*update)(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[]);
+    /// For fixed steps: computes friction and states at the end of a step that ends with `end_speed`. If friction jumps with
+    /// the direction of motion, +0.0 and -0.0 are the two sides. `z_end` is not the step's z. Null if the model makes its own
+    /// steps.
+    double (*update)(const void *law, const sim_law_step_t *step, double end_speed, double z_end[]);
 
     /// For fixed steps: updates the modes after a step. z and `end` belong to its end, except L, which is still that of the step.
     /// Null if the law has no modes.

@@ -73,21 +73,17 @@ static double follow(const leuven_t *leuven, const sim_contact_t *contact, const
     return signbit(fh) == signbit(way) ? 1.0 - part : 1.0 + part;
 }
 
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const leuven_t *leuven = law;
-    const double    dz     = step_s * end_speed * follow(leuven, start, z, start->speed_deg_per_s, end_speed);
+    const double    dz =
+        step->length_s * end_speed * follow(leuven, &step->start, step->z, step->start.speed_deg_per_s, end_speed);
     for (int i = 0; i < ELEMENTS; i++)
     {
-        const double spring = z[i] + stiffness_part[i] * dz / leuven->p.distance;
+        const double spring = step->z[i] + stiffness_part[i] * dz / leuven->p.distance;
         z_end[i]            = fmin(level_part[i], fmax(-level_part[i], spring));
     }
-    return hysteresis(start, z_end) + leuven->p.damping * dz / step_s + leuven->p.viscous * end_speed;
+    return hysteresis(&step->start, z_end) + leuven->p.damping * dz / step->length_s + leuven->p.viscous * end_speed;
 }
 
 static void rates(const void *law, const sim_contact_t *now, const double z[], double dz[])

@@ -91,18 +91,15 @@ static double force(const lubricated_t  *bearing,
 }
 
 /// The film is slow (0.1 s), so an explicit step suffices.
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const lubricated_t *bearing = law;
-    const double        part    = step_s * end_speed / bearing->p.distance;
-    z_end[ECCENTRICITY] = z[ECCENTRICITY] + step_s * film_rate(bearing, start, z[ECCENTRICITY], start->speed_deg_per_s);
-    z_end[SHEAR]        = (z[SHEAR] + part) / (1.0 + fabs(part));
-    return force(bearing, start, z_end[SHEAR], z_end[ECCENTRICITY], end_speed);
+    const double        part    = step->length_s * end_speed / bearing->p.distance;
+    z_end[ECCENTRICITY] =
+        step->z[ECCENTRICITY] +
+        step->length_s * film_rate(bearing, &step->start, step->z[ECCENTRICITY], step->start.speed_deg_per_s);
+    z_end[SHEAR] = (step->z[SHEAR] + part) / (1.0 + fabs(part));
+    return force(bearing, &step->start, z_end[SHEAR], z_end[ECCENTRICITY], end_speed);
 }
 
 static double friction(const void *law, const sim_contact_t *now, const double z[])

@@ -60,19 +60,14 @@ static double level(const lugre_t *lugre, const sim_contact_t *contact, double w
 }
 
 /// Steps implicitly in the bristle and the speed; only g is taken at the start.
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const lugre_t *lugre = law;
-    const double   x     = step_s * end_speed;
-    const double   g     = level(lugre, start, copysign(start->speed_deg_per_s, end_speed));
-    const double   s0    = lugre->p.s0 * stiffer(lugre, start, z[0]);
-    z_end[0]             = (z[0] + x) / (1.0 + s0 * fabs(x) / g);
-    return force(lugre, start, z_end[0], (z_end[0] - z[0]) / step_s, end_speed);
+    const double   x     = step->length_s * end_speed;
+    const double   g     = level(lugre, &step->start, copysign(step->start.speed_deg_per_s, end_speed));
+    const double   s0    = lugre->p.s0 * stiffer(lugre, &step->start, step->z[0]);
+    z_end[0]             = (step->z[0] + x) / (1.0 + s0 * fabs(x) / g);
+    return force(lugre, &step->start, z_end[0], (z_end[0] - step->z[0]) / step->length_s, end_speed);
 }
 
 static void rates(const void *law, const sim_contact_t *now, const double z[], double dz[])

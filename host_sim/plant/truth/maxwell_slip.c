@@ -89,15 +89,10 @@ static double stiffness(const maxwell_slip_t *maxwell, const sim_contact_t *cont
            (maxwell->p.stiffens != 0 ? sim_law_breakaway(contact, z) : 1.0);
 }
 
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const maxwell_slip_t *maxwell = law;
-    const double          pull    = maxwell->p.attraction * step_s;
+    const double          pull    = maxwell->p.attraction * step->length_s;
 
     double f = maxwell->p.viscous * end_speed;
     for (int i = 0; i < ELEMENTS; i++)
@@ -105,16 +100,18 @@ static double update(const void          *law,
         const int way = maxwell->way[i];
         if (way != 0 && (signbit(end_speed) != 0) == (way < 0))
         {
-            const double s = level(maxwell, start, way, start->speed_deg_per_s);
-            z_end[i]       = (z[i] + pull * maxwell->level_part[i] * way) / (1.0 + pull / s);
+            const double s = level(maxwell, &step->start, way, step->start.speed_deg_per_s);
+            z_end[i]       = (step->z[i] + pull * maxwell->level_part[i] * way) / (1.0 + pull / s);
         }
         else
         {
-            const double up     = maxwell->level_part[i] * level(maxwell, start, 1.0, start->speed_deg_per_s);
-            const double down   = maxwell->level_part[i] * level(maxwell, start, -1.0, start->speed_deg_per_s);
-            const double spring = z[i] + stiffness(maxwell, start, z[i], i) * step_s * end_speed;
+            const double up = maxwell->level_part[i] * level(maxwell, &step->start, 1.0, step->start.speed_deg_per_s);
+            const double down =
+                maxwell->level_part[i] * level(maxwell, &step->start, -1.0, step->start.speed_deg_per_s);
+            const double spring =
+                step->z[i] + stiffness(maxwell, &step->start, step->z[i], i) * step->length_s * end_speed;
             // The element is already beyond its level, because the level has fallen. It stays there until it slips.
-            z_end[i] = fmin(fmax(up, z[i]), fmax(fmin(-down, z[i]), spring));
+            z_end[i] = fmin(fmax(up, step->z[i]), fmax(fmin(-down, step->z[i]), spring));
         }
         f += z_end[i];
     }

@@ -46,22 +46,17 @@ static double slipping(const reset_integrator_t *bond, const sim_contact_t *cont
 }
 
 /// A bond that reaches its length in this step slips from the next step on.
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const reset_integrator_t *bond = law;
     if (bond->way != 0 && (signbit(end_speed) != 0) == (bond->way < 0))
     {
-        z_end[0] = z[0];
-        return slipping(bond, start);
+        z_end[0] = step->z[0];
+        return slipping(bond, &step->start);
     }
-    const double stretched = z[0] + step_s * end_speed;
+    const double stretched = step->z[0] + step->length_s * end_speed;
     z_end[0]               = fmin(bond->p.length, fmax(-bond->p.length, stretched));
-    return held(bond, start, z_end[0], (z_end[0] - z[0]) / step_s);
+    return held(bond, &step->start, z_end[0], (z_end[0] - step->z[0]) / step->length_s);
 }
 
 static void settle(void *law, const sim_contact_t *end, double z[])

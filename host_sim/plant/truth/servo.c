@@ -43,18 +43,11 @@ static void reset(void *law, const sim_truth_config_t *config, double z[])
     servo->way = 0;
 }
 
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const servo_t *servo = law;
-    (void)z;
-    (void)step_s;
     (void)z_end;
-    return copysign(limit(servo, start), end_speed) + servo->p.viscous * end_speed;
+    return copysign(limit(servo, &step->start), end_speed) + servo->p.viscous * end_speed;
 }
 
 static double friction(const void *law, const sim_contact_t *now, const double z[])

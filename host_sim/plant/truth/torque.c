@@ -28,17 +28,11 @@ static double friction(const void *law, const sim_contact_t *now, const double z
     return sim_law_limit(now, now->n_n);
 }
 
-static double update(const void          *law,
-                     const sim_contact_t *start,
-                     const double         z[],
-                     double               end_speed,
-                     double               step_s,
-                     double               z_end[])
+static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     (void)end_speed;
-    (void)step_s;
     (void)z_end;
-    return friction(law, start, z);
+    return friction(law, &step->start, step->z);
 }
 
 static const sim_law_t law = {.size = sizeof(torque_t), .reset = reset, .update = update, .friction = friction};
