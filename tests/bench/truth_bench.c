@@ -141,7 +141,7 @@ static euler_t run_euler(const rig_t *rig, double step_s)
     double                     past                   = 0.0;
     euler_t                    euler                  = {0};
     TEST_ASSERT_LESS_OR_EQUAL_size_t(sizeof memory, law->size);
-    law->reset(memory, &rig->config, z);
+    sim_law_reset(law, memory, &rig->config, z);
 
     const double start = now_s();
     double       from  = 0.0;

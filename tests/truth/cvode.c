@@ -198,7 +198,7 @@ static bool set_up(cvode_t *reference, const cvode_options_t *options)
     tolerance[POSITION] = options->position_deg;
     tolerance[SPEED]    = options->speed_deg_per_s;
     N_VConst(0.0, reference->y);
-    reference->law->reset(reference->friction, &reference->config, N_VGetArrayPointer(reference->y) + LAW);
+    sim_law_reset(reference->law, reference->friction, &reference->config, N_VGetArrayPointer(reference->y) + LAW);
 
     void     *cvode = reference->cvode;
     const int count = (int)guard_count(reference->law);

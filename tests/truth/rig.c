@@ -284,7 +284,7 @@ void rig_slide_start(rig_slide_t *slide, const rig_t *rig, double force_n)
     slide->law      = rig->truth->law;
     slide->friction = calloc(1, slide->law->size);
     TEST_ASSERT_NOT_NULL(slide->friction);
-    slide->law->reset(slide->friction, &rig->config, slide->z);
+    sim_law_reset(slide->law, slide->friction, &rig->config, slide->z);
     slide->contact.force_n   = force_n;
     slide->contact.breakaway = sim_breakaway_at(&rig->config.friction.breakaway, force_n);
 }

@@ -82,7 +82,7 @@ void *sim_arm_create(const sim_law_t *law, const sim_truth_config_t *config, dou
     arm->config   = *config;
     arm->step_s   = step_s / steps_of(law);
     arm->matrices = sim_arm_matrices(&config->arm, arm->step_s);
-    law->reset(arm->friction, &arm->config, arm->now.z);
+    sim_law_reset(law, arm->friction, &arm->config, arm->now.z);
     return arm;
 }
 

@@ -16,7 +16,6 @@
 #include "support/elementary.h"
 
 #include <math.h>
-#include <string.h>
 
 typedef struct
 {
@@ -44,12 +43,9 @@ typedef struct
 
 static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
-    armstrong_t *armstrong = law;
+    (void)config;
     (void)z;
-    memcpy(&armstrong->p, config->own, sizeof armstrong->p);
-    armstrong->way     = 0;
-    armstrong->share   = 1.0; // the arm has rested forever
-    armstrong->stuck_s = 0.0;
+    ((armstrong_t *)law)->share = 1.0; // the arm has rested forever
 }
 
 static double share_now(const armstrong_t *armstrong, double time_s)
@@ -189,6 +185,7 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
 }
 
 static const sim_law_t law = {.size        = sizeof(armstrong_t),
+                              .own_size    = sizeof(parameters_t),
                               .state_count = 2,
                               .guard_count = GUARDS,
                               .reset       = reset,

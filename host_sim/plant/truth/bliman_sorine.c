@@ -13,7 +13,6 @@
 #include "support/elementary.h"
 
 #include <math.h>
-#include <string.h>
 
 typedef struct
 {
@@ -42,8 +41,8 @@ static double peak(const parameters_t *p)
 static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     bliman_sorine_t *sorine = law;
+    (void)config;
     (void)z;
-    memcpy(&sorine->p, config->own, sizeof sorine->p);
     sorine->c1 = 1.0 / peak(&sorine->p);
     sorine->c2 = sorine->p.slow_share * sorine->c1;
 }
@@ -75,6 +74,7 @@ static void rates(const void *law, const sim_contact_t *now, const double z[], d
 }
 
 static const sim_law_t law = {.size        = sizeof(bliman_sorine_t),
+                              .own_size    = sizeof(parameters_t),
                               .state_count = 2,
                               .turns       = true,
                               .reset       = reset,

@@ -18,7 +18,6 @@
 #include "plant/random.h"
 
 #include <math.h>
-#include <string.h>
 
 #define BRISTLES 20
 
@@ -54,8 +53,8 @@ static void sum_up(bristle_t *bristle)
 static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
     bristle_t *bristle = law;
+    (void)config;
     (void)z;
-    memcpy(&bristle->p, config->own, sizeof bristle->p);
     for (int i = 0; i < BRISTLES; i++)
     {
         // The origins are balanced and spread evenly, so that the bonds do not all snap at once.
@@ -136,6 +135,7 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
 }
 
 static const sim_law_t law = {.size        = sizeof(bristle_t),
+                              .own_size    = sizeof(parameters_t),
                               .state_count = 1,
                               .guard_count = GUARDS,
                               .steps       = 20,

@@ -14,7 +14,6 @@
 #include "plant/truth/stribeck.h"
 
 #include <math.h>
-#include <string.h>
 
 typedef struct
 {
@@ -27,14 +26,6 @@ typedef struct
     parameters_t p;
     int          way; ///< direction of sliding, 0 at rest
 } coulomb_t;
-
-static void reset(void *law, const sim_truth_config_t *config, double z[])
-{
-    coulomb_t *coulomb = law;
-    (void)z;
-    memcpy(&coulomb->p, config->own, sizeof coulomb->p);
-    coulomb->way = 0;
-}
 
 /// Returns the friction of sliding towards `side` at speed w.
 static double sliding(const coulomb_t *coulomb, const sim_contact_t *contact, double side, double w)
@@ -85,8 +76,8 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
 }
 
 static const sim_law_t law = {.size        = sizeof(coulomb_t),
+                              .own_size    = sizeof(parameters_t),
                               .guard_count = GUARDS,
-                              .reset       = reset,
                               .update      = update,
                               .friction    = friction,
                               .guards      = guards,

@@ -11,29 +11,16 @@
 #include "plant/truth/arm.h"
 
 #include <math.h>
-#include <string.h>
 
 typedef struct
 {
     double stiffness;
-} parameters_t;
-
-typedef struct
-{
-    parameters_t p;
 } dahl_t;
-
-static void reset(void *law, const sim_truth_config_t *config, double z[])
-{
-    dahl_t *dahl = law;
-    (void)z;
-    memcpy(&dahl->p, config->own, sizeof dahl->p);
-}
 
 static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const dahl_t *dahl = law;
-    const double  s0   = dahl->p.stiffness;
+    const double  s0   = dahl->stiffness;
     const double  x    = step->length_s * end_speed;
     z_end[0]           = (step->z[0] + x) / (1.0 + s0 * fabs(x) / sim_law_breakaway(&step->start, end_speed));
     return s0 * z_end[0];
@@ -42,25 +29,25 @@ static double update(const void *law, const sim_law_step_t *step, double end_spe
 static double friction(const void *law, const sim_contact_t *now, const double z[])
 {
     (void)now;
-    return ((const dahl_t *)law)->p.stiffness * z[0];
+    return ((const dahl_t *)law)->stiffness * z[0];
 }
 
 static void rates(const void *law, const sim_contact_t *now, const double z[], double dz[])
 {
     const double w = now->speed_deg_per_s;
-    dz[0]          = w - ((const dahl_t *)law)->p.stiffness * fabs(w) * z[0] / sim_law_breakaway(now, w);
+    dz[0]          = w - ((const dahl_t *)law)->stiffness * fabs(w) * z[0] / sim_law_breakaway(now, w);
 }
 
 static const sim_law_t law = {.size        = sizeof(dahl_t),
+                              .own_size    = sizeof(dahl_t),
                               .state_count = 1,
                               .turns       = true,
-                              .reset       = reset,
                               .update      = update,
                               .friction    = friction,
                               .rates       = rates};
 
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t,
+    SIM_TRUTH_NUMBER(dahl_t,
                      stiffness,
                      "stiffness_N_per_deg",
                      "N/deg",

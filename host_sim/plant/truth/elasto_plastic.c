@@ -15,7 +15,6 @@
 #include "support/elementary.h"
 
 #include <math.h>
-#include <string.h>
 
 #define PI 3.14159265358979323846
 
@@ -25,24 +24,12 @@ typedef struct
     double elastic_ratio;
     double sliding_ratio;
     double stribeck_speed;
-} parameters_t;
-
-typedef struct
-{
-    parameters_t p;
 } elasto_plastic_t;
-
-static void reset(void *law, const sim_truth_config_t *config, double z[])
-{
-    elasto_plastic_t *plastic = law;
-    (void)z;
-    memcpy(&plastic->p, config->own, sizeof plastic->p);
-}
 
 /// Returns a(z, w), with deflections as fractions of z_max.
 static double yielding(const elasto_plastic_t *plastic, double part, double w)
 {
-    const double elastic = plastic->p.elastic_ratio;
+    const double elastic = plastic->elastic_ratio;
     const double along   = signbit(w) ? -part : part;
     if (along <= elastic)
     {
@@ -53,19 +40,19 @@ static double yielding(const elasto_plastic_t *plastic, double part, double w)
 
 static double level(const elasto_plastic_t *plastic, const sim_contact_t *contact, double w)
 {
-    return sim_stribeck(plastic->p.sliding_ratio, w, plastic->p.stribeck_speed) * sim_law_breakaway(contact, w);
+    return sim_stribeck(plastic->sliding_ratio, w, plastic->stribeck_speed) * sim_law_breakaway(contact, w);
 }
 
 static double force(const elasto_plastic_t *plastic, double z, double dz, double w)
 {
-    return plastic->p.s0 * z + plastic->p.s1 * dz + plastic->p.s2 * w;
+    return plastic->s0 * z + plastic->s1 * dz + plastic->s2 * w;
 }
 
 static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
 {
     const elasto_plastic_t *plastic = law;
     const double            x       = step->length_s * end_speed;
-    const double slope = plastic->p.s0 / level(plastic, &step->start, copysign(step->start.speed_deg_per_s, end_speed));
+    const double slope = plastic->s0 / level(plastic, &step->start, copysign(step->start.speed_deg_per_s, end_speed));
     // Use a at the start first, then the mean of start and end.
     const double at_start = slope * fabs(x) * yielding(plastic, slope * step->z[0], end_speed);
     const double middle   = 0.5 * (step->z[0] + (step->z[0] + x) / (1.0 + at_start));
@@ -77,7 +64,7 @@ static void rates(const void *law, const sim_contact_t *now, const double z[], d
 {
     const elasto_plastic_t *plastic = law;
     const double            w       = now->speed_deg_per_s;
-    const double            part    = plastic->p.s0 * z[0] / level(plastic, now, w);
+    const double            part    = plastic->s0 * z[0] / level(plastic, now, w);
     dz[0]                           = w - yielding(plastic, part, w) * fabs(w) * part;
 }
 
@@ -89,20 +76,20 @@ static double friction(const void *law, const sim_contact_t *now, const double z
 }
 
 static const sim_law_t law = {.size        = sizeof(elasto_plastic_t),
+                              .own_size    = sizeof(elasto_plastic_t),
                               .state_count = 1,
                               .turns       = true,
-                              .reset       = reset,
                               .update      = update,
                               .friction    = friction,
                               .rates       = rates};
 
 // clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "s0: stiffness of the bristles"),
-    SIM_TRUTH_NUMBER(parameters_t, s1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1: damping of the bristles"),
-    SIM_TRUTH_NUMBER(parameters_t, s2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, added to the arm's own"),
-    SIM_TRUTH_NUMBER(parameters_t, elastic_ratio, "elastic_ratio", "-", 0.0, 0.99, 0.85, "e: below this part of breakaway presliding is elastic"),
-    SIM_STRIBECK_KEYS(parameters_t),
+    SIM_TRUTH_NUMBER(elasto_plastic_t, s0, "stiffness_N_per_deg", "N/deg", 1.0, 1e6, 200.0, "s0: stiffness of the bristles"),
+    SIM_TRUTH_NUMBER(elasto_plastic_t, s1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e3, 0.3, "s1: damping of the bristles"),
+    SIM_TRUTH_NUMBER(elasto_plastic_t, s2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.0, "s2, added to the arm's own"),
+    SIM_TRUTH_NUMBER(elasto_plastic_t, elastic_ratio, "elastic_ratio", "-", 0.0, 0.99, 0.85, "e: below this part of breakaway presliding is elastic"),
+    SIM_STRIBECK_KEYS(elasto_plastic_t),
     SIM_TRUTH_END,
 };
 // clang-format on

@@ -12,7 +12,6 @@
 #include "plant/truth/arm.h"
 
 #include <math.h>
-#include <string.h>
 
 typedef struct
 {
@@ -25,14 +24,6 @@ typedef struct
     parameters_t p;
     int          way; ///< direction of sliding, 0 inside the dead zone
 } karnopp_t;
-
-static void reset(void *law, const sim_truth_config_t *config, double z[])
-{
-    karnopp_t *karnopp = law;
-    (void)z;
-    memcpy(&karnopp->p, config->own, sizeof karnopp->p);
-    karnopp->way = 0;
-}
 
 static bool stands(const void *law)
 {
@@ -97,8 +88,8 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
 }
 
 static const sim_law_t law = {.size        = sizeof(karnopp_t),
+                              .own_size    = sizeof(parameters_t),
                               .guard_count = GUARDS,
-                              .reset       = reset,
                               .update      = update,
                               .settle      = settle,
                               .stands      = stands,

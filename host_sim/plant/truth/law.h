@@ -48,13 +48,14 @@ typedef struct
 
 typedef struct sim_law
 {
-    size_t   size; ///< size of the law's struct
+    size_t   size;     ///< size of the law's struct
+    size_t   own_size; ///< size of the law's own parameters, which come first in its struct
     unsigned state_count;
     unsigned guard_count;
     bool     turns; ///< the law has no modes and no guards, but a kink where w changes sign
     unsigned steps; ///< fixed steps in one of the plant's; 0 means 1
 
-    /// Starts at rest at F = 0, with the config's own parameters.
+    /// Completes a start (sim_law_reset), for which the struct is all zeros but for its parameters. Null: nothing is left to do.
     void (*reset)(void *law, const sim_truth_config_t *config, double z[]);
 
     /// For fixed steps: computes friction and states at the end of a step that ends with `end_speed`. If friction jumps with
@@ -77,6 +78,9 @@ typedef struct sim_law
     void (*guards)(const void *law, const sim_contact_t *now, const double z[], double g[]);
     void (*cross)(void *law, sim_contact_t *now, double z[], unsigned guard);
 } sim_law_t;
+
+/// Starts a law at rest at F = 0, with the config's own parameters. Leaves states that are 0 then as they are.
+void sim_law_reset(const sim_law_t *law, void *friction, const sim_truth_config_t *config, double z[]);
 
 /// Returns L for this sign (-0.0 is negative), as a magnitude.
 double sim_law_breakaway(const sim_contact_t *contact, double sign);

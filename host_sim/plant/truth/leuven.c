@@ -18,7 +18,6 @@
 #include "support/elementary.h"
 
 #include <math.h>
-#include <string.h>
 
 #define ELEMENTS 4
 
@@ -41,17 +40,6 @@ typedef struct
     parameters_t p;
     int          way[ELEMENTS]; ///< direction in which the element has yielded, 0 while it is a spring
 } leuven_t;
-
-static void reset(void *law, const sim_truth_config_t *config, double z[])
-{
-    leuven_t *leuven = law;
-    (void)z;
-    memcpy(&leuven->p, config->own, sizeof leuven->p);
-    for (int i = 0; i < ELEMENTS; i++)
-    {
-        leuven->way[i] = 0;
-    }
-}
 
 static double hysteresis(const sim_contact_t *contact, const double z[])
 {
@@ -133,9 +121,9 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
 }
 
 static const sim_law_t law = {.size        = sizeof(leuven_t),
+                              .own_size    = sizeof(parameters_t),
                               .state_count = ELEMENTS,
                               .guard_count = GUARDS,
-                              .reset       = reset,
                               .update      = update,
                               .friction    = friction,
                               .rates       = rates,

@@ -20,7 +20,6 @@
 #include "plant/truth/arm.h"
 
 #include <math.h>
-#include <string.h>
 
 #define PI 3.14159265358979323846
 
@@ -61,8 +60,7 @@ static double load(const sim_contact_t *contact)
 
 static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
-    lubricated_t *bearing = law;
-    memcpy(&bearing->p, config->own, sizeof bearing->p);
+    lubricated_t *bearing       = law;
     bearing->way                = 1;
     bearing->touches            = true;
     const sim_contact_t contact = {.breakaway = sim_breakaway_at(&config->friction.breakaway, 0.0)};
@@ -141,6 +139,7 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
 }
 
 static const sim_law_t law = {.size        = sizeof(lubricated_t),
+                              .own_size    = sizeof(parameters_t),
                               .state_count = 2,
                               .guard_count = GUARDS,
                               .reset       = reset,

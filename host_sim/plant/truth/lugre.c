@@ -18,7 +18,6 @@
 #include "plant/truth/stribeck.h"
 
 #include <math.h>
-#include <string.h>
 
 typedef struct
 {
@@ -27,36 +26,24 @@ typedef struct
     double stribeck_speed;
     int    limited;  ///< 0 or 1
     int    stiffens; ///< 0 or 1
-} parameters_t;
-
-typedef struct
-{
-    parameters_t p;
 } lugre_t;
-
-static void reset(void *law, const sim_truth_config_t *config, double z[])
-{
-    lugre_t *lugre = law;
-    (void)z;
-    memcpy(&lugre->p, config->own, sizeof lugre->p);
-}
 
 /// Returns the factor of the stiffness.
 static double stiffer(const lugre_t *lugre, const sim_contact_t *contact, double z)
 {
-    return lugre->p.stiffens != 0 ? sim_law_breakaway(contact, z) : 1.0;
+    return lugre->stiffens != 0 ? sim_law_breakaway(contact, z) : 1.0;
 }
 
 static double force(const lugre_t *lugre, const sim_contact_t *contact, double z, double dz, double w)
 {
     const double times = stiffer(lugre, contact, z);
-    const double f     = lugre->p.s0 * times * z + lugre->p.s1 * sqrt(times) * dz + lugre->p.s2 * w;
-    return lugre->p.limited != 0 ? sim_law_limit(contact, f) : f;
+    const double f     = lugre->s0 * times * z + lugre->s1 * sqrt(times) * dz + lugre->s2 * w;
+    return lugre->limited != 0 ? sim_law_limit(contact, f) : f;
 }
 
 static double level(const lugre_t *lugre, const sim_contact_t *contact, double w)
 {
-    return sim_stribeck(lugre->p.sliding_ratio, w, lugre->p.stribeck_speed) * sim_law_breakaway(contact, w);
+    return sim_stribeck(lugre->sliding_ratio, w, lugre->stribeck_speed) * sim_law_breakaway(contact, w);
 }
 
 /// Steps implicitly in the bristle and the speed; only g is taken at the start.
@@ -65,7 +52,7 @@ static double update(const void *law, const sim_law_step_t *step, double end_spe
     const lugre_t *lugre = law;
     const double   x     = step->length_s * end_speed;
     const double   g     = level(lugre, &step->start, copysign(step->start.speed_deg_per_s, end_speed));
-    const double   s0    = lugre->p.s0 * stiffer(lugre, &step->start, step->z[0]);
+    const double   s0    = lugre->s0 * stiffer(lugre, &step->start, step->z[0]);
     z_end[0]             = (step->z[0] + x) / (1.0 + s0 * fabs(x) / g);
     return force(lugre, &step->start, z_end[0], (z_end[0] - step->z[0]) / step->length_s, end_speed);
 }
@@ -74,7 +61,7 @@ static void rates(const void *law, const sim_contact_t *now, const double z[], d
 {
     const lugre_t *lugre = law;
     const double   w     = now->speed_deg_per_s;
-    const double   s0    = lugre->p.s0 * stiffer(lugre, now, z[0]);
+    const double   s0    = lugre->s0 * stiffer(lugre, now, z[0]);
     dz[0]                = w - s0 * fabs(w) * z[0] / level(lugre, now, w);
 }
 
@@ -86,10 +73,10 @@ static double friction(const void *law, const sim_contact_t *now, const double z
 }
 
 static const sim_law_t law = {.size        = sizeof(lugre_t),
+                              .own_size    = sizeof(lugre_t),
                               .state_count = 1,
                               .turns       = true,
                               .steps       = 2,
-                              .reset       = reset,
                               .update      = update,
                               .friction    = friction,
                               .rates       = rates};
@@ -98,12 +85,12 @@ static const char *const no_or_yes[] = {"no", "yes", NULL};
 
 // clang-format off: one row a key
 static const common_key_t keys[] = {
-    SIM_TRUTH_NUMBER(parameters_t, s0, "stiffness_N_per_deg", "N/deg", 1e-4, 1e7, 1e5, "s0: stiffness of the bristles"),
-    SIM_TRUTH_NUMBER(parameters_t, s1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e4, 316.22776601683796, "s1: damping of the bristles"),
-    SIM_TRUTH_NUMBER(parameters_t, s2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.4, "s2: damping of sliding, added to the arm's own"),
-    SIM_STRIBECK_KEYS(parameters_t),
-    SIM_TRUTH_CHOICE(parameters_t, limited, "limited", no_or_yes, 1, "whether f is limited to L: yes as in the paper, no as first published"),
-    SIM_TRUTH_CHOICE(parameters_t, stiffens, "stiffens", no_or_yes, 0, "whether s0 grows with L, and s1 with its root; the given values are then those of L = 1 N"),
+    SIM_TRUTH_NUMBER(lugre_t, s0, "stiffness_N_per_deg", "N/deg", 1e-4, 1e7, 1e5, "s0: stiffness of the bristles"),
+    SIM_TRUTH_NUMBER(lugre_t, s1, "bristle_damping_N_s_per_deg", "N s/deg", 0.0, 1e4, 316.22776601683796, "s1: damping of the bristles"),
+    SIM_TRUTH_NUMBER(lugre_t, s2, "viscous_N_s_per_deg", "N s/deg", 0.0, 10.0, 0.4, "s2: damping of sliding, added to the arm's own"),
+    SIM_STRIBECK_KEYS(lugre_t),
+    SIM_TRUTH_CHOICE(lugre_t, limited, "limited", no_or_yes, 1, "whether f is limited to L: yes as in the paper, no as first published"),
+    SIM_TRUTH_CHOICE(lugre_t, stiffens, "stiffens", no_or_yes, 0, "whether s0 grows with L, and s1 with its root; the given values are then those of L = 1 N"),
     SIM_TRUTH_END,
 };
 // clang-format on

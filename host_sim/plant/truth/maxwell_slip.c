@@ -20,7 +20,6 @@
 #include "plant/truth/stribeck.h"
 
 #include <math.h>
-#include <string.h>
 
 #define ELEMENTS 4
 
@@ -66,14 +65,9 @@ static void share(maxwell_slip_t *maxwell)
 
 static void reset(void *law, const sim_truth_config_t *config, double z[])
 {
-    maxwell_slip_t *maxwell = law;
+    (void)config;
     (void)z;
-    memcpy(&maxwell->p, config->own, sizeof maxwell->p);
-    share(maxwell);
-    for (int i = 0; i < ELEMENTS; i++)
-    {
-        maxwell->way[i] = 0;
-    }
+    share(law);
 }
 
 /// Returns s for the sign `side`, at speed w.
@@ -176,6 +170,7 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
 }
 
 static const sim_law_t law = {.size        = sizeof(maxwell_slip_t),
+                              .own_size    = sizeof(parameters_t),
                               .state_count = ELEMENTS,
                               .guard_count = GUARDS,
                               .reset       = reset,

@@ -12,7 +12,6 @@
 #include "plant/truth/arm.h"
 
 #include <math.h>
-#include <string.h>
 
 typedef struct
 {
@@ -26,14 +25,6 @@ typedef struct
     parameters_t p;
     int          way; ///< direction of slipping, 0 while the bond holds
 } reset_integrator_t;
-
-static void reset(void *law, const sim_truth_config_t *config, double z[])
-{
-    reset_integrator_t *bond = law;
-    (void)z;
-    memcpy(&bond->p, config->own, sizeof bond->p);
-    bond->way = 0;
-}
 
 static double held(const reset_integrator_t *bond, const sim_contact_t *contact, double z, double dz)
 {
@@ -101,9 +92,9 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
 }
 
 static const sim_law_t law = {.size        = sizeof(reset_integrator_t),
+                              .own_size    = sizeof(parameters_t),
                               .state_count = 1,
                               .guard_count = GUARDS,
-                              .reset       = reset,
                               .update      = update,
                               .settle      = settle,
                               .friction    = friction,

@@ -14,7 +14,6 @@
 #include "plant/truth/arm.h"
 
 #include <math.h>
-#include <string.h>
 
 typedef struct
 {
@@ -33,14 +32,6 @@ typedef struct
 static double limit(const servo_t *servo, const sim_contact_t *contact)
 {
     return servo->p.base * servo->p.scale + servo->p.load * fabs(contact->u_n + contact->force_n);
-}
-
-static void reset(void *law, const sim_truth_config_t *config, double z[])
-{
-    servo_t *servo = law;
-    (void)z;
-    memcpy(&servo->p, config->own, sizeof servo->p);
-    servo->way = 0;
 }
 
 static double update(const void *law, const sim_law_step_t *step, double end_speed, double z_end[])
@@ -87,8 +78,8 @@ static void cross(void *law, sim_contact_t *now, double z[], unsigned guard)
 }
 
 static const sim_law_t law = {.size        = sizeof(servo_t),
+                              .own_size    = sizeof(parameters_t),
                               .guard_count = GUARDS,
-                              .reset       = reset,
                               .update      = update,
                               .friction    = friction,
                               .guards      = guards,

@@ -14,13 +14,6 @@ typedef struct
     char nothing; ///< the law has no memory
 } torque_t;
 
-static void reset(void *law, const sim_truth_config_t *config, double z[])
-{
-    (void)law;
-    (void)config;
-    (void)z;
-}
-
 static double friction(const void *law, const sim_contact_t *now, const double z[])
 {
     (void)law;
@@ -35,6 +28,6 @@ static double update(const void *law, const sim_law_step_t *step, double end_spe
     return friction(law, &step->start, step->z);
 }
 
-static const sim_law_t law = {.size = sizeof(torque_t), .reset = reset, .update = update, .friction = friction};
+static const sim_law_t law = {.size = sizeof(torque_t), .update = update, .friction = friction};
 
 SIM_ARM_TRUTH(torque, law, NULL);
