@@ -7,6 +7,8 @@
 #include "tribo/axis_q31.h"
 #include "unity.h"
 
+#define STRIDE TRIBO_EITHER(1, 3) // Q31, which has the same text, plays every third truth
+
 /// breakaway_factor after `seconds` of the benchmark's triangle, with the breakaway of the benchmark's rig times `belief`.
 static float factor_of(sim_truth_number_t truth, float belief, long seconds)
 {
@@ -55,7 +57,7 @@ static float factor_of(sim_truth_number_t truth, float belief, long seconds)
 static void test_far_too_small_is_known_at_the_first_reversals(void)
 {
     static const float beliefs[] = {0.03f, 0.05f, 0.1f};
-    for (int truth = 0; truth < SIM_TRUTH_COUNT; truth++)
+    for (int truth = 0; truth < SIM_TRUTH_COUNT; truth += STRIDE)
     {
         for (uint32_t i = 0; i < sizeof beliefs / sizeof beliefs[0]; i++)
         {
@@ -68,7 +70,7 @@ static void test_far_too_small_is_known_at_the_first_reversals(void)
 
 static void test_ten_times_too_large_is_known_after_some_reversals(void)
 {
-    for (int truth = 0; truth < SIM_TRUTH_COUNT; truth++)
+    for (int truth = 0; truth < SIM_TRUTH_COUNT; truth += STRIDE)
     {
         TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.2f,
                                         factor_of((sim_truth_number_t)truth, 10.0f, 85),
@@ -78,7 +80,7 @@ static void test_ten_times_too_large_is_known_after_some_reversals(void)
 
 static void test_right_within_a_factor_of_two_is_no_warning(void)
 {
-    for (int truth = 0; truth < SIM_TRUTH_COUNT; truth++)
+    for (int truth = 0; truth < SIM_TRUTH_COUNT; truth += STRIDE)
     {
         TEST_ASSERT_EQUAL_FLOAT_MESSAGE(1.0f,
                                         factor_of((sim_truth_number_t)truth, 0.5f, 60),
