@@ -187,7 +187,7 @@ class Bridge:
         self.current_a = after
 
     def mean_a(self, seconds):
-        """Of the time since the last call."""
+        """Returns the mean current since the last call, `seconds` ago."""
         charge, self.charge = self.charge, 0.0
         return charge / seconds
 

@@ -132,7 +132,7 @@ class Chip:
         return self.reg(address) >> position & ((1 << width) - 1)
 
     def system_hz(self):
-        """As the registers have it now."""
+        """Returns the frequency that the registers set now."""
         if self.field(RCC + 8, 0, 2) != 2:
             return self.hsi_hz
         source = self.crystal_hz if self.field(RCC + 4, 22, 1) else self.hsi_hz
@@ -332,7 +332,7 @@ class Chip:
         return self._timer_count(0x40000C00) & 0xFFFFFFFF if offset == 0x24 else self.reg(0x40000C00 + offset)
 
     def _read_tim3(self, offset):
-        """As an encoder counts: both edges of both inputs, which the pins hand on."""
+        """Counts as an encoder: both edges of both inputs, which the pins hand on."""
         if offset != 0x24:
             return self.reg(0x40000400 + offset)
         pins = all(self.field(0x40020000, 2 * pin, 2) == 2 and self.field(0x40020020, 4 * pin, 4) == 2 for pin in (6, 7))
@@ -346,7 +346,7 @@ class Chip:
         return offset == 0x10
 
     def _capture_period_s(self):
-        """Of the crystal, divided for the RTC, at input 1 with its prescaler."""
+        """Returns the period of the captures at input 1: the crystal, divided for the RTC and by the prescaler."""
         divider = self.field(RCC + 8, 16, 5)
         wired = self.reg(0x40014850) == 2 and self.field(0x40014818, 0, 2) == 1 and self.reg(0x40014820) & 1
         if not wired or divider < 2 or not self.hse_runs():
@@ -403,7 +403,7 @@ class Chip:
         return True
 
     def output_code(self):
-        """Of the converter; None while it is off."""
+        """Returns the converter's code; None while it is off."""
         return self.reg(0x40007408) & 0xFFF if self.field(0x40007400, 0, 1) else None
 
     # flash

@@ -86,7 +86,7 @@ class Bench:
 
 
 def with_noise(board):
-    """Of a code, so that the sensor is not stuck."""
+    """Adds noise of one code, so that the sensor is not stuck."""
     def add():
         board.chip.sensor_v += 0.002 * (board.chip.tick_count % 2)
     board.before_tick = add

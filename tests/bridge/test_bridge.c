@@ -210,7 +210,7 @@ static void test_a_motor_with_one_winding_has_one_current(void)
     }
 }
 
-/// Beyond in one of `of` samples: those until the trip; 1000: none.
+/// The current is beyond its limit in one of `of` samples. Returns the samples until the trip; 1000: none.
 static unsigned samples_until_trip(unsigned of)
 {
     turn_on();

@@ -34,7 +34,7 @@ class Page:
         return answer["result"].get("value")
 
     def wait(self, expression):
-        """Until the expression is true; its value."""
+        """Waits until the expression is true, and returns its value."""
         end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             value = self.evaluate(expression)

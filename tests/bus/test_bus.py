@@ -51,7 +51,7 @@ def test_mbpoll_gets_the_exceptions(drive):
 
 
 def test_a_broadcast_stops_and_does_nothing_else(drive):
-    """Neither client sends one, so its bytes are written out, with their CRC. Nobody answers it."""
+    """No client sends such a frame, so the test writes its bytes out, with their CRC. Nobody answers it."""
     bad = drive.value("bad_frames")
     line = os.open(drive.port, os.O_RDWR | os.O_NOCTTY)
     os.write(line, bytes.fromhex("000601000001") + bytes.fromhex("4827"))  # start

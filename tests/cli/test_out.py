@@ -193,7 +193,7 @@ def test_a_run_that_fails_leaves_no_folder(sim, before, out):
 @pytest.mark.parametrize("before, out", [*FOLDERS, ("", None)])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_leaves_no_folder(sim, before, out, number):
-    """Neither that of --out nor, for a picture alone, a temporary one."""
+    """Neither the folder of --out nor, for a picture alone, a temporary one is left."""
     command = start_in(sim, before, out or "") if out else (*start_in(sim, before, "")[:-2], "--plot", "x.svg")
     left = sorted(sim.folder.rglob("*"))
     (sim.folder / "tmp").mkdir()

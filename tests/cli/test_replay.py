@@ -378,7 +378,7 @@ def test_full_scale_of_a_replay(sim):
 
 
 def test_the_activity_is_that_of_the_log(sim):
-    """The same counts as the run's that made the log; a gap is no move."""
+    """Replay counts what the run that made the log counted; a gap is no move."""
     summary = sim.summary("triangle", *PAPER, "--set", "reference.period_s=60", "--set", "metrics.start_s=0", "--out", "d")
     assert summary["chatter_ticks"] > 1000
     for options, counted in ((("--arith", "f32"), r"Q switches (\d+) times"),

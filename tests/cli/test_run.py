@@ -445,7 +445,7 @@ def test_a_run_whose_inputs_were_nearly_all_bad_ends_with_an_error(sim, arith):
 
 
 def test_which_error_of_breakaway_costs_more_depends_on_the_method(sim):
-    """As docs/parameters.md has it."""
+    """docs/parameters.md says so."""
 
     def rms_mn(method, factor):
         breakaway = ("--set", f"compensator.friction.breakaway.offset_N={0.007 * factor}", "--set", f"compensator.friction.breakaway.slope={0.3 * factor}")

@@ -332,7 +332,7 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/// Of joints whose error friction is to blame for: without it, load and viscous part left as they are, it would be a fifth.
+/// Judges the joints whose error comes from friction: without friction, with the same load and viscous part, it would be a fifth.
 #define BLAME 5.0
 
 static joint_case_t without_friction(const joint_case_t *c)

@@ -29,7 +29,7 @@
 #define NET_FORCE_SATURATES            TRIBO_IS_Q31                 // at full scale
 #define ROUNDING                       1e-7 // of a force of 1 N: params come from single precision
 
-/// As a drive would do it: a force beyond full scale shows as full scale.
+/// Converts as a drive does: a force beyond full scale shows as full scale.
 static inline tribo_force_t to_force(double force_n)
 {
     return tribo_force_of_n(force_n, FULL_SCALE_N);
@@ -272,7 +272,7 @@ static inline loop_seen_t loop_step_by(loop_t *x, const loop_t *by, double r, do
                          .compensator = compensator_seen(&signals.compensator, x->sample_time_s)};
 }
 
-/// Likewise without signals: u alone.
+/// Does the same without signals, and returns u alone.
 static inline double loop_step_unseen_by(loop_t *x, const loop_t *by, double r, double y)
 {
     const tribo_force_t u = TRIBO(force_loop, step)(&by->params, &x->state, to_force(r), to_force(y), NULL);
@@ -304,7 +304,7 @@ static inline void guard_restore(guard_t *x)
     TRIBO(guard, restore)(&x->state);
 }
 
-/// Of friction, that the guard of a loop lets through.
+/// Returns the part of friction that the guard of a loop lets through.
 static inline double loop_share(const loop_t *x)
 {
     const double fade = (double)x->state.guard.fade;

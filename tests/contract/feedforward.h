@@ -211,7 +211,7 @@ static inline tribo_feedforward_learned_t feedforward_learned(const feedforward_
     return TRIBO(feedforward, learned)(&x->loop, &x->memory.state, direction, feedforward_of(x, force));
 }
 
-/// As if V_0 had been learned.
+/// Sets V_0 as if it had been learned.
 static inline void feedforward_set_sliding(feedforward_t *x, double V)
 {
     tribo_feedforward_learner_t *const learner = &x->memory.state.learner;

@@ -56,7 +56,7 @@ typedef struct
     double actuator, force, reading;
 } plant_t;
 
-/// As the background would.
+/// Learns as the background of a drive does.
 static void learn(axis_t *x)
 {
 #if TRIBO_IS_Q31

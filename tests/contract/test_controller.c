@@ -70,7 +70,7 @@ static void init_in_double(double_section_t cascade[2])
     }
 }
 
-/// The same number in every arithmetic: a multiple of 2^-28 N.
+/// Rounds to a multiple of 2^-28 N, which is the same number in each arithmetic.
 static double on_grid(double x)
 {
     return round(x * 0x1p28) * 0x1p-28;

@@ -274,7 +274,7 @@ static void slide(axis_t *a, blind_t *b, int periods)
     }
 }
 
-/// Of a model without slope, so that L is the same at each effort.
+/// Removes the slope of the model, so that L is the same at each effort.
 static void without_slope(void)
 {
     config.compensator.friction.positive.slope = 0.0f;
@@ -351,7 +351,7 @@ static void test_what_is_learned_is_told_as_that_of_the_method_with_y(void)
     }
 }
 
-/// And f is the same bits, whatever was learned with a sensor.
+/// f has the same bits then, even if something was learned with a sensor.
 static void test_without_a_motion_nothing_is_learned_nor_used(void)
 {
     (void)tick(&x, &x.params, 0.4);
@@ -477,7 +477,7 @@ static void test_mirrored_slides_give_mirrored_bits(void)
     TEST_ASSERT_TRUE(weight(&x) != 1.0);
 }
 
-/// Of the third slide, in the middle of which something is wrong.
+/// Returns the weight after a third slide in the middle of which something is wrong.
 static double third_slide(int wrong)
 {
     init(&x);

@@ -133,7 +133,7 @@ static double wander(wanderer_t *w)
     return w->at;
 }
 
-/// The same number in every arithmetic: a multiple of 2^-22 N.
+/// Rounds to a multiple of 2^-22 N, which is the same number in each arithmetic.
 static double on_grid(double force)
 {
     return round(force * 4194304.0) / 4194304.0;
@@ -290,7 +290,7 @@ static void run_to_exchange(plant_t *p)
     }
 }
 
-/// Beside a twin that goes on with what it had: u is the same in the next tick, but for how r has moved.
+/// A twin keeps the values from before it learned: u is the same in the next tick, except for the motion of r.
 static void test_learning_does_not_move_u(void)
 {
     plant_t plant   = {.positive = 1.5, .negative = 0.5, .noise = 2e-4};
@@ -439,7 +439,7 @@ static void test_a_bad_reading_gives_no_error_and_teaches_nothing(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, triangle(STOP), feedforward_seen(&other).reached);
 }
 
-/// Beside one of which nothing but what was learned is given on.
+/// Compares with a state that got the learned values and nothing else.
 static void test_a_restart_leaves_nothing_behind_but_what_was_learned(void)
 {
     for (int enters = 0; enters < 2; enters++)
@@ -484,7 +484,7 @@ static void test_a_restart_leaves_nothing_behind_but_what_was_learned(void)
     }
 }
 
-/// Of what is learned, in any bit: it is forgotten with the next sample, counted, and u goes on.
+/// Any bit of the learned values flips: they are forgotten with the next sample, that is counted, and u goes on.
 static void test_a_flipped_bit_of_what_is_learned_is_forgotten_and_u_goes_on(void)
 {
     static feedforward_t sound;
@@ -527,7 +527,7 @@ static double tick_limited(feedforward_t *f, plant_t *p, double reference)
     return u;
 }
 
-/// Of what the tick uses of it: u moves with it for at most 10 ticks, and what is learned comes back.
+/// A bit of the tick's copy of them flips: u moves with it for at most 10 ticks, and the learned values come back.
 static void test_a_flipped_bit_of_what_the_tick_uses_lasts_10_ticks(void)
 {
     static feedforward_t sound;
@@ -554,7 +554,7 @@ static void test_a_flipped_bit_of_what_the_tick_uses_lasts_10_ticks(void)
     }
 }
 
-/// Of a sample or a result on its way, whoever owns it: the sum stays a sum of forces, and what is learned stays within a step of it.
+/// A bit of a sample or of a result flips on its way: the sum stays a sum of forces, and learned values stay within a step.
 static void test_a_flipped_bit_between_tick_and_learner_is_harmless(void)
 {
     static feedforward_t sound;
@@ -836,7 +836,7 @@ static void test_a_step_in_a_hold_is_fed_back(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, triangle(STOP) - 0.05, plant.F);
 }
 
-/// Of a lasting error, what is below the noise is not fed back in a hold: u would creep until the arm slips.
+/// A hold does not feed back the part of a lasting error that is below the noise: u would creep until the arm slips.
 static void test_of_a_lasting_error_in_a_hold_what_is_below_the_noise_is_left(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0};
@@ -855,7 +855,7 @@ static void test_of_a_lasting_error_in_a_hold_what_is_below_the_noise_is_left(vo
     TEST_ASSERT_DOUBLE_WITHIN(2e-5, error - 0.04 * 4e-3, sum);
 }
 
-/// Within the noise u does not move at all, whatever the controller does, until the error has grown.
+/// u does not move at all while the error is within the noise, even if the controller's output moves.
 static void test_in_a_hold_u_rests_while_the_error_is_within_the_noise(void)
 {
     plant_t plant = {.positive = 1.0, .negative = 1.0};

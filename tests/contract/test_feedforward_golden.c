@@ -74,7 +74,7 @@ static double force(double x)
     return TRIBO_EITHER(x, x * full_scale_n / 2147483648.0);
 }
 
-/// Of a force in Q29.
+/// Converts a force from Q29.
 static double inner(double x)
 {
     return TRIBO_EITHER(x, x * full_scale_n / 536870912.0);

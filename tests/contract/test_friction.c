@@ -310,7 +310,7 @@ static void test_friction_of_a_table_that_says_what_a_law_says_is_the_same(void)
     check_table_for_law(rising, 3, ROUNDING);
 }
 
-/// The same number in every arithmetic: a multiple of 2^-23 N.
+/// Rounds to a multiple of 2^-23 N, which is the same number in each arithmetic.
 static double on_grid(double x)
 {
     return round(x * 0x1p23) * 0x1p-23;

@@ -80,7 +80,7 @@ static void test_the_first_start_of_a_zeroed_state_has_nothing_to_keep(void)
     TEST_ASSERT_TRUE(loop_share(&loop) == 1.0);
 }
 
-/// By how much u jumps when the params of a loop whose guard has faded friction to nothing become those of `to`.
+/// Returns the jump of u when the params of a loop whose guard has faded friction to nothing become those of `to`.
 static double jump_to(loop_t *to)
 {
     static loop_t unchanged;

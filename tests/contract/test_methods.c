@@ -391,7 +391,7 @@ static void test_loop_taken_up_again_knows_what_it_had_learned(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, learned, loop_learned_travel(&loop));
 }
 
-/// Of a jump, which is not handed over.
+/// Returns the lead of a jump, which is not handed over.
 static double lead_of(const loop_t *x)
 {
     return fabs(inner_n(x->memory.state.lead, FULL_SCALE_N));

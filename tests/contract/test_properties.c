@@ -39,7 +39,7 @@ static double wander(wanderer_t *w)
     return w->at;
 }
 
-/// The same number in every arithmetic: a multiple of 2^-23 N.
+/// Rounds to a multiple of 2^-23 N, which is the same number in each arithmetic.
 static double on_grid(double x)
 {
     return round(x * 8388608.0) / 8388608.0;

@@ -241,7 +241,7 @@ static void test_where_a_motion_is_known_friction_opposes_that(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, -0.9 * (L0 + L1 * 0.3801), friction_now());
 }
 
-/// However far the measured motion goes: the intended one counts, and it has not gone by a width yet.
+/// The measured motion goes far, but the intended one counts, and it has not gone by a width yet.
 static void test_an_intended_motion_below_its_width_goes_before_any_measured_one(void)
 {
     (void)tick(0.4);
@@ -401,7 +401,7 @@ static void test_a_bad_first_reference_waits_and_a_later_one_is_the_last(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, u, tick(triangle(1500)));
 }
 
-/// Of an earlier run, whose motion ended before another method's.
+/// The motion of an earlier run ended before the other method began.
 static void test_entered_from_another_method_it_knows_no_motion(void)
 {
     TRIBO(force_loop, functions_t) functions;
@@ -428,7 +428,7 @@ static void test_entered_beside_a_bad_reference_it_adds_what_was_added(void)
     }
 }
 
-/// As it would with the sensor: on the controller's state.
+/// The hand-over builds on the controller's state, as with a sensor.
 static void test_u_goes_on_where_a_sensor_fails_with_a_bad_reading(void)
 {
     static blind_t other;
@@ -693,7 +693,7 @@ static void test_each_direction_of_the_estimate_has_its_breakaway_and_gravity_mo
     TEST_ASSERT_DOUBLE_WITHIN(CLOSE, (0.22 + 1.2 * 0.05) / (1.0 - 1.2 * 0.2), at.high);
 }
 
-/// As one that never ran.
+/// The estimate is that of one that never ran.
 static void test_a_restart_leaves_nothing_behind(void)
 {
     static blind_t other;

@@ -127,7 +127,7 @@ def paired(roots):
 
 
 def state_space(a, b, c, d, points):
-    """By solving with 500 bits."""
+    """Solves with 500 bits."""
     with flint.ctx.workprec(500):
         row = flint.acb_mat([[flint.acb(float(x)) for x in c.ravel()]])
         out = []

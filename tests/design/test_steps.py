@@ -77,7 +77,7 @@ def test_zero_order_hold_without_feedthrough_is_refused():
 
 @pytest.mark.parametrize("delay", [0.0, 0.3e-3, 1e-3, 1.4e-3])
 def test_sampled_plant_is_the_continuous_one_seen_through_hold_and_delay(delay):
-    """Against a time simulation at 1/100 of the sample time, by scipy."""
+    """Compares with a time simulation by scipy at 1/100 of the sample time."""
     poles = np.array([-55, -200, -139 + 203j, -139 - 203j])
     plant = Zpk([], poles, 1.0).with_value_at(0, 0.86)
     sampled = SampledPlant(state_space(plant), H, delay)

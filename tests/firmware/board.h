@@ -43,7 +43,7 @@ loop_force_t board_force(double force_n);
 /// Before each tick: clears the counters of a tick.
 void board_new_tick(board_t *board);
 
-/// Of a modbus_line_t that nobody talks on.
+/// Receives on a modbus_line_t where nobody talks.
 int board_receive_nothing(void *context, uint8_t *bytes, size_t room);
 
 #endif

@@ -137,7 +137,7 @@ static const params_ceiling_t *ceiling_of(uint32_t word, const params_ceiling_t 
     return NULL;
 }
 
-/// As wide as the board allows: what is left is the residual.
+/// Sets the other checks as wide as the board allows, which leaves the residual.
 static void widen_others(const params_ceiling_t *ceilings, uint32_t count)
 {
     static const uint16_t others[] = {DRIVE_CONFIG_tracking_n,

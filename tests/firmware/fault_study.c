@@ -270,7 +270,7 @@ static double reference_n(const rig_t *rig, double level_n, bool moves)
     return level_n < 0.0 ? level_n - away : level_n + away;
 }
 
-/// Of some rigs with the same break.
+/// The result of some rigs with the same break.
 typedef struct
 {
     unsigned rigs, never;
@@ -449,7 +449,7 @@ static double part_n(const part_t *part, double t_s)
     return part->low_n + (part->high_n - part->low_n) * rise;
 }
 
-/// Over all runs of a method.
+/// The result of all runs of a method.
 typedef struct
 {
     double   hours;

@@ -74,7 +74,7 @@ static double newton(loop_force_t force)
     return tribo_force_q31(force, BOARD_FULL_SCALE_N) / 2147483648.0 * (double)BOARD_FULL_SCALE_N;
 }
 
-/// Within 1 mN, another one each tick.
+/// Noise within 1 mN, with a new value each tick.
 static double noise_n(void)
 {
     noise = noise * 1664525u + 1013904223u;
@@ -270,7 +270,7 @@ static void check_bound(double of_bound, double at_n, bool stops)
     TEST_ASSERT_EQUAL_INT(stops ? DRIVE_FAULT_RESIDUAL : DRIVE_FAULT_NONE, drive.fault);
 }
 
-/// Of the method's own model of the arm it asks nothing. The noise is 1 mN of 0.1 N.
+/// The residual does not use the method's own model of the arm. The noise is 1 mN of 0.1 N.
 static void test_the_residual_is_between_y_and_what_u_leads_to_and_its_bound_grows_with_y(void)
 {
     bound_n                 = 0.11;
@@ -592,7 +592,7 @@ static void test_moves_of_long_ago_allow_no_swing(void)
     TEST_ASSERT_EQUAL_INT(DRIVE_FAULT_SWING, drive.fault);
 }
 
-/// Of the function itself: x goes to and fro over `size` of the range, `times` a second.
+/// Calls the function itself: x goes to and fro over `size` of the range, `times` a second.
 static double seconds_of(bool of_u, double size, double times, uint32_t period_us, double range_n)
 {
     faults_bounds_t bounds;
@@ -745,7 +745,7 @@ static void test_a_bound_on_speed_needs_a_position(void)
     TEST_ASSERT_TRUE(error.value == 1.0f && error.low == 0.0f && error.high == 0.0f);
 }
 
-/// Beyond the end of its scale.
+/// Checks that a level beyond the end of its scale is refused.
 static void check_no_level(float *level, const char *name, float value, float high)
 {
     drive_config_error_t error;
@@ -846,7 +846,7 @@ static void test_n_bad_readings_of_m_stop(void)
     TEST_ASSERT_EQUAL_UINT(4u, stopped_by(0x10u, false)); // by default one is enough
 }
 
-/// Of readings that the debounce leaves out: `bad` of `of`. The tick of the fault; 5000: none.
+/// The debounce leaves out `bad` of `of` readings. Returns the tick of the fault; 5000: none.
 static unsigned stopped_by_some(unsigned bad, unsigned of)
 {
     power_up();
@@ -1143,7 +1143,7 @@ static void test_a_power_stage_that_does_not_become_ready_stops(void)
     TEST_ASSERT_EQUAL_INT(DRIVE_IDLE, drive.state);
 }
 
-/// Not ready, and started anew every third tick: ticks until the fault, of 1000.
+/// Starts the drive again and again while the stage is never ready. Returns the ticks until the fault; 1000: none.
 static unsigned never_ready_ticks(unsigned rest)
 {
     config.ready_ms = READY_MS;

@@ -128,7 +128,7 @@ static void test_too_high_a_temperature_stops(void)
     check_allowed((port_measured_t){0, 24000, -20000, 0});
 }
 
-/// Beyond in `bad` of `of` ticks: whether that stops the drive, within 2 s.
+/// A value beyond its level in `bad` of `of` ticks. Returns whether that stops the drive within 2 s.
 static bool stops(port_measured_t measured, unsigned bad, unsigned of)
 {
     power_up();

@@ -51,7 +51,7 @@ static modbus_status_t write_map(void *context, uint16_t address, uint16_t count
     return to->refusal;
 }
 
-/// Of those who may only stop: a 2 to register 1.
+/// What clients that may only stop can do: write a 2 to register 1.
 static modbus_status_t stop_map(void *context, uint16_t address, uint16_t count, const uint16_t *values)
 {
     map_t     *to      = context;
@@ -290,7 +290,7 @@ static void test_what_is_late_reads_or_stops(void)
     TEST_ASSERT_EQUAL_UINT(1, map.stops);
 }
 
-/// Of all of them, on a line as without a frame (over TCP).
+/// All other functions are illegal, on a line and without a frame (over TCP).
 static void test_every_other_function_is_illegal(void)
 {
     uint8_t answer[MODBUS_FRAME_MAX];

@@ -97,7 +97,7 @@ static float number_of(uint32_t bits)
 #define U_MAX_AT (REGISTERS_STAGED_AT + 0x106u)
 #define GAIN_AT  (REGISTERS_STAGED_AT + 0x108u)
 
-/// Of the words in front of the sections.
+/// Returns the register of a word in front of the sections.
 static uint32_t register_of(uint32_t word)
 {
     return REGISTERS_STAGED_AT + (word < (uint32_t)PARAMS_LOOP_AT ? REGISTERS_DRIVE_AT + 2u * word
@@ -140,7 +140,7 @@ static bool is_bound_to_the_tick(uint32_t word)
            (word == DRIVE_CONFIG_full_scale_n && TRIBO_IS_Q31);                      // below twice u_max
 }
 
-/// Nor do these change with the key.
+/// These params do not change with the key either.
 static bool is_wiring(uint32_t word)
 {
     return word == DRIVE_CONFIG_ready_level || word == DRIVE_CONFIG_fault_level ||
@@ -455,7 +455,7 @@ static void test_defaults_beyond_the_boards_ceiling_are_a_fault(void)
     TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT_PARAMS, STATE_OF(fault));
 }
 
-/// As a host would: from the registers, in the order of their addresses.
+/// Reads as a host does: from the registers, in the order of their addresses.
 static void test_a_host_can_compute_the_crc_of_the_protection_params(void)
 {
     uint32_t crc   = 0;
@@ -587,7 +587,7 @@ static int sign_of(float x)
     return (x > 0.0f) - (x < 0.0f);
 }
 
-/// Of the response to a slow ramp of e: the first of b2, b1, b0 that is there.
+/// Returns the sign of the response to a slow ramp of e: that of the first of b2, b1, b0 that is not 0.
 static int sign_at_rest(const tribo_biquad_f32_section_t *section)
 {
     const int signs[] = {sign_of(section->b2), sign_of(section->b1), sign_of(section->b0)};
@@ -622,7 +622,7 @@ static effective_t effective(void)
     return is;
 }
 
-/// Of a word that was: what hostile and careless clients write.
+/// Returns what hostile and careless clients write in place of a word.
 static uint32_t evil_value(uint32_t is)
 {
     static const float numbers[] = {0.0f, -0.0f, 1.0f, -1.0f, 1e-9f, 1e3f, 1e6f, -1e6f, 1e30f};

@@ -669,7 +669,7 @@ static void test_learning_that_stays_at_its_bound_is_a_warning_until_it_is_resto
     TEST_ASSERT_EQUAL_UINT32(DRIVE_WARNING_BOUND, COUNT_OF(warnings));
 }
 
-/// As if nothing had been learned of the slide, though the learner judges it.
+/// Removes what the slide has taught, though the learner still judges it.
 static void forget_slide(void)
 {
     tribo_feedforward_learner_t *const learner = &registers.memory.state.learner;
@@ -830,7 +830,7 @@ static void test_what_is_learned_is_in_registers(void)
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0 && SHOWN_OF(travel_down) == 0.0);
 }
 
-/// Of the board, as no client's.
+/// Makes a board without a sensor: no client can choose that.
 static void have_no_sensor(void)
 {
     const uint32_t none       = 0;
@@ -852,7 +852,7 @@ static void check_method_is_refused(uint32_t method, float low, float high)
     command(REGISTERS_REVERT);
 }
 
-/// Not with the key either, which lets a client change what protects.
+/// The key lets a client change what protects, but not this.
 static void test_no_client_says_whether_there_is_a_sensor(void)
 {
     defaults.drive.tracking_n = 0.0f;
@@ -871,7 +871,7 @@ static void test_no_client_says_whether_there_is_a_sensor(void)
     TEST_ASSERT_FALSE(loop_has_sensor(registers.drive.setup->params));
 }
 
-/// As where an image for another board takes over a flash.
+/// This happens where an image for another board takes over a flash.
 static void test_saved_params_of_a_board_with_another_sensor_are_waited_for(void)
 {
     static const uint32_t methods[] = {PARAMS_METHOD_SENSORLESS, PARAMS_METHOD_FEEDFORWARD};
@@ -1085,7 +1085,7 @@ static void test_saved_params_are_those_of_the_next_power_up(void)
     start();
 }
 
-/// By a client whose tick has not come yet, or by the board's own line.
+/// The start comes from a client whose tick has not come yet, or from the board's own line.
 static void test_a_start_just_before_a_save_prevents_it(void)
 {
     tick();
@@ -1138,7 +1138,7 @@ static void test_what_came_during_a_save_does_not_start(void)
     on_erase = NULL;
 }
 
-/// Which the client need not repeat, and which leaves the outcome to the save.
+/// The client need not repeat the stop, and the outcome stays that of the save.
 static void test_a_stop_acts_while_a_save_waits(void)
 {
     const uint16_t stop = REGISTERS_STOP;
@@ -1525,7 +1525,7 @@ static void test_an_implausible_param_is_refused(void)
                            numbers);
 }
 
-/// Of a board's own image, or a store.
+/// The set comes from a board's own image or from a store.
 static void test_a_set_with_an_implausible_number_is_refused(void)
 {
     static params_t params;

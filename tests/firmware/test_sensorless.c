@@ -124,7 +124,7 @@ static void test_a_level_of_a_sensor_that_there_is_not_is_refused(void)
 #undef CHECK
 }
 
-/// Of a converter whose ends are within input_max: a broken wire would not be seen, if there were one.
+/// The ends of the converter are within input_max, so a broken wire would not be seen; but there is no sensor.
 static void test_the_range_of_a_sensor_that_there_is_not_does_not_matter(void)
 {
     params_error_t error;
@@ -239,7 +239,7 @@ static void test_where_the_arm_is_at_the_start_is_no_motion(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, -BELIEF * (double)BREAKAWAY, added_in_motion(0));
 }
 
-/// As where a client applies motion_units and starts within one tick, or a board starts at once.
+/// This happens where a client applies motion_units and starts within one tick, or a board starts at once.
 static void test_a_start_in_the_first_tick_is_no_motion(void)
 {
     power_up_with_position(0);
@@ -352,7 +352,7 @@ static void test_a_drive_with_a_sensor_does_not_use_the_motion(void)
     TEST_ASSERT_EQUAL_INT32(0, drive.intended);
 }
 
-/// Whatever the bus and the encoder say, u stays within the friction that is fed forward, and goes to it in steps.
+/// With any values from the bus and the encoder, u stays within the friction that is fed forward, and reaches it in steps.
 static void test_wild_positions_move_u_by_no_more_than_friction(void)
 {
     const double jump = 2.5 * BELIEF * (double)BREAKAWAY;

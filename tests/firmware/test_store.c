@@ -396,7 +396,7 @@ static void test_rotten_bits_never_bring_a_wrong_record(void)
     }
 }
 
-/// However far an erasure comes before the power fails, even if it has only taken the marks away.
+/// The power fails at any point of an erasure, even where only the marks are gone.
 static void test_an_interrupted_erasure_brings_no_record_of_a_damaged_store_back(void)
 {
     for (uint32_t words = 0; words < SECTOR_WORDS; words++)

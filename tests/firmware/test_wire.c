@@ -92,7 +92,7 @@ static void test_a_breakaway_table_arrives(void)
     check_loop_arrives();
 }
 
-/// Of `config` as it arrives through words.
+/// Returns `config` as it arrives through words.
 static tribo_status_t status_there(void)
 {
     static tribo_setup_t sent, received;

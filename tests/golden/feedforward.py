@@ -642,7 +642,7 @@ def text_of(rows):
 
 
 def same(a, b):
-    """The same numbers but for the last digits of another machine's exp and sin."""
+    """True if the numbers are the same except for the last digits of another machine's exp and sin."""
     a, b = a.split(), b.split()
     pairs = [(float(x), float(y)) for row, other in zip(a[1:], b[1:]) for x, y in zip(row.split(","), other.split(","))]
     return a[0] == b[0] and len(a) == len(b) and all(abs(x - y) <= 1e-7 * (1 + abs(x)) or (x != x and y != y) for x, y in pairs)

@@ -31,7 +31,7 @@ def rig_of(seed, **given):
 
 
 def plan_of(rig):
-    """As somebody would plan who knows the range of forces, the noise, the sample time and, from a first try, friction within 30 %."""
+    """Plans as a user does who knows the range of forces, the noise, the sample time and, from a first try, friction within 30 %."""
     noise = float(f"{np.hypot(rig['noise'], 0.3 * rig['step']):.2g}")
     return plan_over(rig["low"], rig["high"], noise=noise, offset=rig["guess"] * rig["offset"], slope=rig["guess"] * rig["slope"], sample_time_s=rig["period"])
 

@@ -79,7 +79,7 @@ def spoil(rig, rows, what, source):
 
 
 def read(rows):
-    """As the command line reads it."""
+    """Reads a log as the command line does."""
     with tempfile.TemporaryDirectory(dir=os.environ.get("TMPDIR")) as name:
         return logs.read([synthetic.write_log(Path(name), rows)])
 

@@ -140,7 +140,7 @@ def flawed(flaw, seed):
 
 
 def log_of(rows):
-    """As logs.read would give it, without the way over a file."""
+    """Returns what logs.read would return, without a file."""
     segments = []
     for piece in rows if isinstance(rows, list) else [rows]:
         t, u, y = (np.ascontiguousarray(piece[:, i]) for i in range(3))

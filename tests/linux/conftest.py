@@ -125,7 +125,7 @@ class Served:
         assert what in self.said(), self.said()
 
     def pass_ticks(self, count):
-        """Of the drive's, which are behind the clock's on a loaded machine."""
+        """Waits for ticks of the drive, which are behind the clock's on a loaded machine."""
         end = self.value("tick") + count
         until(lambda: self.value("tick") >= end, "the drive does not tick")
 

@@ -186,7 +186,7 @@ static void enable(bool on)
     board.port.enable(board.port.context, on);
 }
 
-/// As often as each of them has had its turn.
+/// Measures until each quantity has had its turn.
 static port_measured_t measure(void)
 {
     port_measured_t measured = {0};

@@ -438,7 +438,7 @@ GAIN, COMMAND, REFERENCE, ACTIVE = 0x1108, 0x100, 0x110, 0x1000
 
 
 def test_unread_messages_delay_nothing(drive):
-    """As on a terminal that Ctrl-S has stopped."""
+    """Nobody reads the messages, as on a terminal that Ctrl-S has stopped."""
     port = 20000 + os.getpid() % 20000
     drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{port: {port}}}\n")
     reading, writing = os.pipe()

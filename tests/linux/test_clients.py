@@ -56,7 +56,7 @@ STOPS = {"6": command_pdu(STOP), "16": struct.pack(">BHHBH", 16, COMMAND, 1, 2, 
 
 
 class Master:
-    """Of a serial line, byte by byte."""
+    """Talks on a serial line, byte by byte."""
 
     def __init__(self, served):
         self.served, self.file = served, os.open(served.line.port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
@@ -98,7 +98,7 @@ class Master:
         return struct.unpack(">I", frames[-1][3:7])[0] if frames and crc(frames[-1]) == b"\0\0" else None
 
     def settle(self):
-        """Until no answer is on its way."""
+        """Waits until no answer is on its way."""
         while self.hear(0.1):
             pass
 
@@ -187,7 +187,7 @@ def stops_after(line, what):
 
 @pytest.mark.parametrize("unit", [2, 247, 255, 0])
 def test_no_request_to_another_unit_swallows_a_stop(master, unit):
-    """Of any function: absent units are polled for coils, inputs, files and identification as well; nobody answers a read of all units."""
+    """Absent units are polled with any function: coils, inputs, files, identification. Nobody answers a read of all units."""
     line = master()
     for function in (1, 2, 3, 4, 5, 7, 8, 11, 12, 15, 17, 20, 22, 23, 24, 43, 0x41, 0x64):
         for data in (b"", bytes(4), b"\0\1\0\1\1\xff"):
@@ -220,7 +220,7 @@ def test_a_frame_to_all_units_stops_and_does_nothing_more(master):
 
 
 def test_a_stop_acts_in_a_storm(master):
-    """Of noise, other units and requests whose answers nobody waits for."""
+    """The storm is noise, other units, and requests whose answers nobody waits for."""
     line = master()
     random.seed(38)
     for _ in range(10):
@@ -377,7 +377,7 @@ def test_the_key_and_a_staged_set_end_with_the_connection(target):  # noqa: F811
 
 
 def test_the_key_ends_with_the_client_that_gives_way(target):  # noqa: F811
-    """Which is still connected, and silent for bus.silent_s."""
+    """The silent client is still connected; bus.silent_s has passed."""
     drive = target()
     with Client(drive.port) as first, Client(drive.port) as second:
         assert first.write_word("unlock", KEY) == 0 and first.write_number("limits.u_max_N", 1.0) == 0
@@ -508,7 +508,7 @@ def state_of(client):
 
 @pytest.mark.parametrize("gone", ["closed", "half closed", "reset", "waits"])
 def test_nothing_that_came_during_a_slow_save_acts_later(slow_disk, target, gone):  # noqa: F811
-    """Whatever it is, and however its client goes; one that waits hears that the drive was busy."""
+    """Any request, and any end of its client. A client that waits hears that the drive was busy."""
     drive = target(STORE)
     with Client(drive.port) as first:
         begin_save(slow_disk, first)

@@ -105,7 +105,7 @@ class Target:
         return self.messages.read_text()
 
     def try_state(self):
-        """Of a new client; None if another has the drive."""
+        """Reads the state as a new client; None if another client has the drive."""
         with Client(self.port) as client:
             answer = client.read(ADDRESSES["state"])
             return None if answer == BUSY else answer[0] << 16 | answer[1]

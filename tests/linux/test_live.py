@@ -54,7 +54,7 @@ def demo(tmp_path_factory):
 
 
 def processes_in(folder):
-    """Those whose working directory is in it."""
+    """Returns the processes whose working directory is in the folder."""
     found = []
     for process in pathlib.Path("/proc").glob("[0-9]*"):
         try:

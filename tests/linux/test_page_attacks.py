@@ -162,7 +162,7 @@ def test_the_page_keeps_its_connections_among_clients_without_token(rig, page):
 
 @pytest.mark.parametrize("text", ["", "GET / HTTP/1.1\r\nHost: x\r\n"])
 def test_who_dribbles_its_headers_is_hung_up_on(page, text):
-    """However often a byte comes: an idle connection's limit alone would never end."""
+    """Bytes keep coming, so the limit of an idle connection alone would never end it."""
     begin = time.monotonic()
     with raw(page, text.encode()) as link, contextlib.suppress(ConnectionError):
         link.settimeout(0.2)
@@ -200,7 +200,7 @@ def trace(page):
 
 
 def test_commands_come_one_at_a_time(rig, page):
-    """Of the page itself, too: a trace may wait beside them, as what it waits for is done by them."""
+    """This holds for the page's own requests, too. A trace may wait next to them, because they do what it waits for."""
     with contextlib.ExitStack() as stack:
         stack.enter_context(trace(page))
         until(lambda: page.commands() == 1, "no trace")
@@ -259,7 +259,7 @@ def test_who_leaves_does_not_wait(rig, page):
 
 @pytest.mark.skipif(chromium.PROGRAM is None, reason="needs chromium")
 def test_a_page_of_another_site_in_a_browser(rig, page, tmp_path):
-    """As issue trackers have it: pictures, scripts, frames, sockets and forms of this server on a page of others."""
+    """A foreign page, such as an issue tracker, holds pictures, scripts, frames, sockets and forms of this server."""
     address = f"http://127.0.0.1:{page.port}"
     hostile = tmp_path / "hostile.html"
     hostile.write_text(f"""<body><script>let count = 0;

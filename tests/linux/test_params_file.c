@@ -81,7 +81,7 @@ int __wrap_fdatasync(int file)
     return __real_fdatasync(file);
 }
 
-/// Of the folder.
+/// Does nothing: fsync of the folder.
 int __wrap_fsync(int file);
 int __wrap_fsync(int file)
 {
@@ -281,7 +281,7 @@ static void cut_blocks(const uint8_t *before, size_t before_size, size_t count, 
 #define LONG_WORDS 140u ///< a record across more than one block
 #define CUTS       10000u
 
-/// Of the second save of a run, whose first one may not have arrived whole either, reordered by blocks.
+/// Cuts the second save of a run, reordered by blocks. The first one may not have arrived whole either.
 static void test_10000_reordered_cuts_find_no_damage(void)
 {
     static uint32_t sets[3][LONG_WORDS];

@@ -106,7 +106,7 @@ static void check_talk(const uint8_t *bytes, unsigned frames)
     TEST_ASSERT_EQUAL_size_t(0, rtu.length);
 }
 
-/// Whatever pieces a USB adapter makes of it, without a silence anywhere.
+/// A USB adapter may make any pieces of a frame, without a silence between them.
 static void test_frames_are_found_in_any_pieces(void)
 {
     uint8_t      bytes[512];
@@ -183,7 +183,7 @@ static void test_after_noise_of_any_length_the_next_request_is_found(void)
     TEST_ASSERT_TRUE(chance < 24u); // of 1200
 }
 
-/// Nor do its values become frames after noise, and at a silence.
+/// Its values do not become frames after noise or at a silence either.
 static void test_after_noise_another_units_values_are_no_frames(void)
 {
     static const uint8_t answers[][3] = {{2, 3, 16}, {2, 23, 16}};

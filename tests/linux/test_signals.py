@@ -143,7 +143,7 @@ def test_what_is_ignored_by_default_stops_nothing(tmp_path):
 
 
 def prepare_deaf():
-    """As below nohup, and from a program that has blocked what it can."""
+    """Starts below nohup, and from a program that has blocked each signal that can be blocked."""
     for number in CATCHABLE:
         if number not in OF_THE_LIBRARY:
             signal.signal(number, signal.SIG_IGN)
@@ -171,7 +171,7 @@ def test_kill_9_of_the_group(tmp_path):
 
 @pytest.mark.parametrize("who", ["supervisor", "loop", "group"])
 def test_a_stop_of_either_is_seen_by_the_other(tmp_path, who):
-    """Within the heartbeat. The supervisor stays stopped, so it is waited for enable alone."""
+    """enable goes off within the heartbeat. The supervisor stays stopped, so the test waits for enable alone."""
     def act(drive):
         os.kill(drive.loop if who == "loop" else drive.process.pid, signal.SIGSTOP) if who != "group" else os.killpg(drive.process.pid, signal.SIGSTOP)
         until(lambda: not drive.is_on(), "enable stays on")
@@ -184,7 +184,7 @@ def test_a_stop_of_either_is_seen_by_the_other(tmp_path, who):
 # --- a terminal --------------------------------------------------------------------------------------------------------
 
 class Terminal:
-    """Of a session whose leader is the drive, or a shell that has it in the foreground."""
+    """The leader of the session is the drive, or a shell that has it in the foreground."""
 
     def __init__(self):
         self.master, self.slave = os.openpty()

@@ -128,7 +128,7 @@ def commands_of(page):
 
 
 def is_whole(command):
-    """Not only the name of a command or an option of it, which a sentence speaks about."""
+    """True unless it is only the name of a command or of an option, which a sentence mentions."""
     words = command.split()
     return command.startswith("tribo-") and "..." not in command and any(re.search(r"[./]\w", word) for word in words[1:]) and not re.search(r"[A-Z]{3,}|\[|\|", command)
 

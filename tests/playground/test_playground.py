@@ -51,7 +51,7 @@ def browser():
 
 
 def digest_of(path):
-    """Of all columns, as the host has it."""
+    """The digest of all columns on the host."""
     return subprocess.run([COLUMNS, path], check=True, capture_output=True).stdout.split(b"\n", 1)[0].decode()
 
 

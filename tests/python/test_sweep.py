@@ -414,7 +414,7 @@ def test_a_row_that_crashes_its_worker_costs_itself_alone(monkeypatch):
 
 def test_a_worker_of_a_cluster_that_is_lost_is_its_rows_end(monkeypatch):
     class KilledWorker(Exception):
-        """As Dask names it."""
+        """An exception of Dask has this name."""
 
     play, lost = _sweep._play, KilledWorker("a row")
 

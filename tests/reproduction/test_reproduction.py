@@ -34,7 +34,7 @@ def report(tmp_path_factory):
 
 
 def recorded():
-    """As rows() of the page that was written with --update."""
+    """Returns what rows() reads from the page that --update wrote."""
     with open(ROOT / "research/reproduction.csv", encoding="utf-8", newline="") as file:
         return {row["where"]: (row["this run shows"], row["verdict"]) for row in csv.DictReader(file)}
 

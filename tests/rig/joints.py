@@ -43,7 +43,7 @@ def found(seed, fault=""):
 
 
 def compared(truth, result):
-    """Of each number that is told: its error and half of its interval, over the friction."""
+    """For each reported number: its error and half of its interval, divided by the friction."""
     load = truth["slope"] * result.load
     true = {"friction": truth["friction"] + (0 if result.slope else load), "viscous": truth["viscous"], "slope": truth["slope"], "breakaway": (truth["friction"] + load) * (1 + truth["peak"])}
     unit = {"viscous": truth["friction"] / truth["top"], "slope": 1.0}

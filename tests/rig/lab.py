@@ -21,7 +21,7 @@ STEP_S = 2e-5
 
 @dataclass
 class Lab:
-    """Of lab.c, in its order; `high` is the safe force."""
+    """The struct of lab.c, in its order; `high` is the safe force."""
 
     tick_s: float
     scale: float = 1.0

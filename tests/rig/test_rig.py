@@ -292,7 +292,7 @@ def test_an_arm_without_stiction_is_distinguished_from_one_with_little(case, tmp
 
 @pytest.mark.parametrize("friction, noise, cause", [(0.02, 0.03, "noise"), (0.0, 0.0005, "no stiction")])
 def test_friction_that_noise_hides_is_not_told_to_be_none(friction, noise, cause, tmp_path):
-    """Of the safe force."""
+    """Friction and noise are in parts of the safe force."""
     truth = replace(foreign.truth_of(1), slope=0.0, scale=1.0, bias=0.0)
     truth = replace(truth, offset=max(friction, 1e-9) * truth.high)
     log = ramp_of(truth)

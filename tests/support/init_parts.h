@@ -5,7 +5,7 @@
 
 #include "../../wire/tribo_arithmetic.h"
 
-/// As tribo_init_loop, with the feed-forward, whatever method `config` names.
+/// Does what tribo_init_loop does, with the feed-forward in place of the method that `config` names.
 static inline tribo_status_t tribo_init_feedforward(TRIBO(force_loop, params_t) * params,
                                                     tribo_point_t *table,
                                                     TRIBO(feedforward, params_t) * feedforward,
@@ -18,7 +18,7 @@ static inline tribo_status_t tribo_init_feedforward(TRIBO(force_loop, params_t) 
     return tribo_init_loop(params, table, &whole, full_scale_n);
 }
 
-/// Likewise without a force sensor.
+/// Does the same without a force sensor.
 static inline tribo_status_t tribo_init_sensorless(TRIBO(force_loop, params_t) * params,
                                                    tribo_point_t *table,
                                                    TRIBO(feedforward, params_t) * feedforward,

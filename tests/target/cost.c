@@ -492,7 +492,7 @@ static __attribute__((noinline)) uint32_t stack_of_ticks(const loop_params_t *ev
     return deepest;
 }
 
-/// The same of each module alone, with the signals of a tick before it as its inputs.
+/// Measures each module alone, with the signals of the tick before as its inputs.
 static __attribute__((noinline)) void print_stack_of_modules(void)
 {
     static struct

@@ -29,7 +29,7 @@ typedef float number_t;
 
 static JOINT(t) joint;
 
-/// Of full scale, in 1/1000.
+/// Converts thousandths of full scale.
 static number_t effort_of(int32_t thousandths)
 {
 #ifdef TRIBO_ARITHMETIC_Q31

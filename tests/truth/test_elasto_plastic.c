@@ -14,7 +14,7 @@ static void test_it_does_not_drift_in_presliding(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.0, drift);
 }
 
-/// The same swings with an elastic limit below them: the model becomes LuGre and drifts.
+/// With an elastic limit below the same swings, the model becomes LuGre and drifts.
 static void test_it_drifts_with_a_low_elastic_limit(void)
 {
     rig_set(&rig, "elastic_ratio", 0.0);

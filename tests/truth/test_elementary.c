@@ -36,7 +36,7 @@ static double worst_of(double (*function)(double), long double (*exact)(long dou
     return worst;
 }
 
-/// And near 0, where sums lose what differences keep.
+/// Returns the worst error near 0, where sums lose digits that differences keep.
 static double worst_small(double (*function)(double), long double (*exact)(long double))
 {
     double worst = 0.0;

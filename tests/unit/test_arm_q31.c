@@ -44,7 +44,7 @@ static int32_t end_of(int sign)
     return sign < 0 ? -INT32_MAX : INT32_MAX;
 }
 
-/// The same arm in double, from the quantised numbers.
+/// Computes the same arm in double, from the quantised numbers.
 typedef struct
 {
     double F, G;

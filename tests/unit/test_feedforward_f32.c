@@ -291,7 +291,7 @@ static void test_slides_are_taken_by_their_gain(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-7f, 0.5f, learner.P[9]);
 }
 
-/// Of two reversals with nothing learned between them the second finds nothing lacking.
+/// If nothing is learned between two reversals, the second takes no lack.
 static void test_a_lack_is_taken_once(void)
 {
     const tribo_feedforward_learning_t *const p       = &params.learning;

@@ -24,7 +24,7 @@ static const numbered_t registers[] = {TRIBO_PARAMETERS(REGISTER)};
 
 #define ROWS (sizeof registers / sizeof registers[0])
 
-/// Of loop, feed-forward and guard; the drive keeps a set as three blocks of words.
+/// The lists of loop, feed-forward and guard; the drive keeps a set as three blocks of words.
 static const unsigned block_first[] = {0x100, 0x200, 0x2e2}, block_end[] = {0x1fe, 0x2e0, 0x300};
 
 static size_t block_of(unsigned number)
