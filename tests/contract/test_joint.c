@@ -557,6 +557,15 @@ static void test_counts_may_wrap(void)
 
 // --- the guard -----------------------------------------------------------------------------------------------------------------------------
 
+/// q_ref and q go up together by a count a tick, without effort.
+static void lead(int ticks)
+{
+    for (int i = 0; i < ticks; i++)
+    {
+        (void)step(0.0, (double)i, (double)i);
+    }
+}
+
 static void rest(double q_ref, double q, int ticks)
 {
     for (int i = 0; i < ticks; i++)
@@ -568,10 +577,7 @@ static void rest(double q_ref, double q, int ticks)
 static void test_what_is_believed_is_used_by_half_until_it_is_learned(void)
 {
     begin(0.2);
-    for (int i = 0; i < 1000; i++)
-    {
-        (void)step(0.0, (double)i, (double)i);
-    }
+    lead(1000);
     TEST_ASSERT_DOUBLE_WITHIN(0.001, 0.5 * 0.9 * 0.2, number(joint.term));
 }
 
@@ -598,10 +604,7 @@ static void test_a_tenth_of_friction_stays_where_a_hand_leads(void)
 static void test_a_term_gives_way_to_an_effort_that_opposes_it_at_rest(void)
 {
     begin(0.2);
-    for (int i = 0; i < 1000; i++)
-    {
-        (void)step(0.0, (double)i, (double)i);
-    }
+    lead(1000);
     for (int i = 0; i < 200; i++)
     {
         (void)step(0.001, 999.0, 999.0);
@@ -635,10 +638,7 @@ static void test_a_term_gives_way_to_an_effort_that_opposes_it_at_rest(void)
 static void test_without_a_loop_there_is_no_term_at_rest(void)
 {
     begin(0.2);
-    for (int i = 0; i < 1000; i++)
-    {
-        (void)step(0.0, (double)i, (double)i); // a hand leads it
-    }
+    lead(1000); // a hand leads it
     TEST_ASSERT_DOUBLE_WITHIN(0.001, 0.09, number(joint.term));
     rest(999.0, 999.0, 200);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, number(joint.term));
@@ -725,10 +725,7 @@ static void test_a_reference_may_step_by_any_amount(void)
 static void test_a_joint_that_is_off_by_two_travels_turns_and_not_before(void)
 {
     begin(0.2);
-    for (int i = 0; i < 1000; i++)
-    {
-        (void)step(0.0, (double)i, (double)i);
-    }
+    lead(1000);
     rest(999.0, 999.0 + 8.0, 200);
     TEST_ASSERT_EQUAL(1, joint.sign);
     rest(999.0, 999.0 + 9.0, 200);
@@ -781,10 +778,7 @@ static void test_a_term_alone_does_not_pull_a_joint_back(void)
 static void test_a_joint_that_goes_astray_loses_its_term_within_a_tenth_of_a_second_until_restored(void)
 {
     begin(0.2);
-    for (int i = 0; i < 200; i++)
-    {
-        (void)step(0.0, (double)i, (double)i);
-    }
+    lead(200);
     TEST_ASSERT_TRUE(number(joint.term) > 0.05);
     TEST_ASSERT_EQUAL(TRIBO_JOINT_SOUND, report().cause);
     for (int i = 0; i < 120; i++) // three times as fast as it shall be
@@ -819,10 +813,7 @@ static void test_a_joint_that_moves_fast_may_run_ahead_for_a_tenth_of_a_second(v
 static void test_a_joint_that_hunts_at_rest_is_quiet_after_four_turns(void)
 {
     begin(0.2);
-    for (int i = 0; i < 100; i++)
-    {
-        (void)step(0.0, (double)i, (double)i);
-    }
+    lead(100);
     double size[8];
     for (int turn = 0; turn < 8; turn++)
     {

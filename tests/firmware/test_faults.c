@@ -159,6 +159,16 @@ static void start(void)
     check_running();
 }
 
+/// Ticks in which no host renews the reference; the drive runs on.
+static void run_unrenewed(unsigned count)
+{
+    for (unsigned i = 0; i < count; i++)
+    {
+        tick_with(healthy, false);
+        check_running();
+    }
+}
+
 /// It lasts without its cause and against starts, until it is acknowledged. Then the drive runs again.
 static void check_latched_until_acknowledged(drive_fault_t cause)
 {
@@ -684,6 +694,8 @@ static void test_an_arm_that_is_too_fast_stops_in_both_directions_and_where_its_
         check_speed(-11, begins[i], true);
         check_speed(10, begins[i], false);
         check_speed(-10, begins[i], false);
+        config.speed_max_units_per_s = 1.0f; // a fiftieth of a unit in 20 ms: the check stays on
+        check_speed(1, begins[i], true);
         config.speed_max_units_per_s = 0.0f;
         check_speed(10000, begins[i], false);
     }
@@ -936,17 +948,9 @@ static void test_a_reference_that_is_not_renewed_stops_at_50_ticks(void)
         power_up();
         start();
         run_until(at);
-        for (unsigned i = 0; i < 9u; i++)
-        {
-            tick_with(healthy, false);
-            check_running();
-        }
+        run_unrenewed(9u);
         tick(); // in the last moment
-        for (unsigned i = 0; i < 9u; i++)
-        {
-            tick_with(healthy, false);
-            check_running();
-        }
+        run_unrenewed(9u);
         tick_with(healthy, false);
         check_latched_until_acknowledged(DRIVE_FAULT_REFERENCE);
     }
@@ -956,11 +960,7 @@ static void test_a_host_must_renew_its_reference_unless_the_config_says_otherwis
 {
     TEST_ASSERT_EQUAL_UINT32(250, drive_config_default().reference_ms);
     start(); // with a reference that a host has set before
-    for (unsigned i = 0; i < 250u; i++)
-    {
-        tick_with(healthy, false);
-        check_running();
-    }
+    run_unrenewed(250u);
     tick_with(healthy, false);
     check_latched_until_acknowledged(DRIVE_FAULT_REFERENCE);
 }
@@ -969,17 +969,9 @@ static void test_only_the_reference_of_a_host_must_be_renewed(void)
 {
     power_up();
     drive_start(&drive);
-    for (unsigned i = 0; i < 2000u; i++)
-    {
-        tick_with(healthy, false); // 0, which nobody has set
-        check_running();
-    }
+    run_unrenewed(2000u); // 0, which nobody has set
     drive_set_reference(&drive, board_force(0.5));
-    for (unsigned i = 0; i < 2000u; i++)
-    {
-        tick_with(healthy, false);
-        check_running();
-    }
+    run_unrenewed(2000u);
     tick();
     for (unsigned i = 0; i < 251u; i++)
     {
@@ -995,11 +987,7 @@ static void test_a_host_of_the_last_run_need_not_renew_in_the_next(void)
     drive_stop(&drive);
     tick_with(healthy, false);
     drive_start(&drive);
-    for (unsigned i = 0; i < 2000u; i++)
-    {
-        tick_with(healthy, false);
-        check_running();
-    }
+    run_unrenewed(2000u);
 }
 
 /// From `from_n`: 0.5 N/s are 0.5 mN a tick.
@@ -1022,11 +1010,7 @@ static void check_ramp(double from_n, double to_n)
         TEST_ASSERT_EQUAL_UINT32(DRIVE_LIMIT_HOST, drive.limits);
         TEST_ASSERT_DOUBLE_WITHIN(2e-5, from_n + (to_n > from_n ? 0.5e-3 : -0.5e-3) * i, newton(drive.r));
     }
-    for (unsigned i = 0; i < 1000u; i++)
-    {
-        tick_with(healthy, false);
-        check_running();
-    }
+    run_unrenewed(1000u);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, to_n, newton(drive.r));
     tick(); // the host is back
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, from_n, newton(drive.r));
@@ -1053,11 +1037,7 @@ static void test_without_a_host_the_reference_leaves_however_slow_the_ramp_is(vo
     start();
     reference_n = 0.5;
     run_until(ticks + 1500u);
-    for (unsigned i = 0; i < 110u; i++)
-    {
-        tick_with(healthy, false);
-        check_running();
-    }
+    run_unrenewed(110u);
     TEST_ASSERT_EQUAL_UINT32(DRIVE_LIMIT_HOST, drive.limits);
     TEST_ASSERT_TRUE(drive.r < board_force(0.5));
     TEST_ASSERT_TRUE(drive.r >= board_force(0.2));
