@@ -5,7 +5,7 @@
 
 #include "arm_f32.h"
 #include "cascade_f32.h"
-#include "guard/guard_f32.h"
+#include "loop/guard_f32.h"
 #include "tribo/feedforward_f32.h"
 #include "tribo/force_loop_f32.h"
 #include "tribo/friction_f32.h"

@@ -5,7 +5,7 @@
 
 #include "arm_q31.h"
 #include "cascade_q31.h"
-#include "guard/guard_q31.h"
+#include "loop/guard_q31.h"
 #include "tribo/feedforward_q31.h"
 #include "tribo/force_loop_q31.h"
 #include "tribo/friction_q31.h"

@@ -8,18 +8,17 @@ import pathlib
 import re
 import sys
 
-ROOMS = ["number", "friction", "controller", "loop", "guard", "feedforward", "axis", "joint"]  # from the bottom to the top
+ROOMS = ["number", "friction", "controller", "loop", "feedforward", "axis", "joint"]  # from the bottom to the top
 HEADERS = {
     "number": ["parameters.h", "q31.h", "status.h"],
     "friction": ["friction_f32.h", "friction_q31.h"],
     "controller": ["controller_f32.h", "controller_q31.h", "paper_controller.h"],
-    "loop": ["force_loop_f32.h", "force_loop_q31.h"],  # with the types of a guard, which the loop calls
-    "guard": [],
+    "loop": ["force_loop_f32.h", "force_loop_q31.h"],  # with the guard, which the loop calls
     "feedforward": ["feedforward_f32.h", "feedforward_q31.h"],
     "axis": ["axis_f32.h", "axis_q31.h"],
     "joint": ["joint_f32.h", "joint_q31.h"],
 }
-ARROWS_MAX = 14
+ARROWS_MAX = 12
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 
 

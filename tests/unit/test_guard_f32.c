@@ -1,6 +1,6 @@
 // What only the f32 arithmetic has. What both promise: tests/contract/test_guard.c.
 
-#include "guard/guard_f32.h"
+#include "loop/guard_f32.h"
 #include "tribo/force_loop_f32.h"
 
 #include "same.h"

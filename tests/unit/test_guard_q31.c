@@ -1,6 +1,6 @@
 // What only the Q31 arithmetic has. What both promise: tests/contract/test_guard.c.
 
-#include "guard/guard_q31.h"
+#include "loop/guard_q31.h"
 #include "tribo/force_loop_q31.h"
 #include "tribo/q31.h"
 

@@ -1,6 +1,6 @@
 // What only the Q31 arithmetic has. What both promise: tests/contract/test_play.c.
 
-#include "guard/guard_q31.h"
+#include "loop/guard_q31.h"
 
 #include "unity.h"
 

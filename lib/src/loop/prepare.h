@@ -1,4 +1,4 @@
-// The part of a loop's set-up in float32 that both arithmetics share.
+// The part of the set-up of a loop and its guard in float32 that both arithmetics share.
 
 #ifndef TRIBO_LOOP_PREPARE_H
 #define TRIBO_LOOP_PREPARE_H
@@ -41,5 +41,10 @@ tribo_status_t tribo_force_loop_f32_init_method(tribo_force_loop_f32_params_t   
 /// Does what tribo_force_loop_q31_init does, for a config that names a method, without linking the paper's.
 tribo_status_t tribo_force_loop_q31_init_method(tribo_force_loop_q31_params_t       *params,
                                                 const tribo_force_loop_q31_config_t *config);
+
+/// Does all of tribo_guard_f32_init except the pointer to the step, which Q31 does not need.
+tribo_status_t tribo_guard_f32_prepare(tribo_guard_f32_params_t       *params,
+                                       const tribo_guard_f32_config_t *config,
+                                       float                           sample_time_s);
 
 #endif

@@ -1,7 +1,7 @@
-// The guard's operations in single precision, in addition to number/words_f32.h. guard.h and step.h use them.
+// The guard's operations in single precision, in addition to number/words_f32.h. guard.h and guard_step.h use them.
 
-#ifndef TRIBO_GUARD_GUARD_F32_H
-#define TRIBO_GUARD_GUARD_F32_H
+#ifndef TRIBO_LOOP_GUARD_F32_H
+#define TRIBO_LOOP_GUARD_F32_H
 
 #include "tribo/force_loop_f32.h"
 

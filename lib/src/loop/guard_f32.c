@@ -93,4 +93,4 @@ tribo_loop_guard_t tribo_guard_f32_use(guard_params_t *params, const tribo_guard
     return guard;
 }
 
-#include "step.h"
+#include "guard_step.h"

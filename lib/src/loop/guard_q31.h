@@ -1,11 +1,11 @@
-// The guard's operations in fixed point, in addition to number/words_q31.h. guard.h and step.h use them.
+// The guard's operations in fixed point, in addition to number/words_q31.h. guard.h and guard_step.h use them.
 //
 // Forces are Q31. The guard converts r and y to units of 2^-28 full scales and f to 2^-29, rounded towards zero, so
 // mirrored forces give the same verdict. W has 64 bits, in units of 2^-43 full scales squared: up to 2^17 quick_ticks
 // of full-scale moves fit.
 
-#ifndef TRIBO_GUARD_GUARD_Q31_H
-#define TRIBO_GUARD_GUARD_Q31_H
+#ifndef TRIBO_LOOP_GUARD_Q31_H
+#define TRIBO_LOOP_GUARD_Q31_H
 
 #include "tribo/force_loop_q31.h"
 
