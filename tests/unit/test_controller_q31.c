@@ -139,7 +139,7 @@ static void test_controller_bounds_what_a_limit_takes_at_any_gain(void)
                                              .u_min_n       = -1.0f,
                                              .u_max_n       = 1.0f};
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_q31_init(&params, &config, 1.0f, NULL));
-    TEST_ASSERT_TRUE(params.taken_max < 10000);
+    TEST_ASSERT_TRUE(params.taken_max < 20000);
     check_taken_max();
 }
 
@@ -327,10 +327,10 @@ static bool is_between(int x, int a, int b)
 }
 
 /// What the set-up reports and the formats that it chooses, against norms of what it made. Returns the number of formats that
-/// 0.03 % more or less would make others.
+/// 0.001 % more or less would make others.
 static int check_formats(const norms_t *norms)
 {
-    const double slack = 3e-4; // float sums
+    const double slack = 1e-5; // what is left below DECAYED, and one rounding to float
     int          close = 0;
     TEST_ASSERT_DOUBLE_WITHIN(slack * fmax(1.0, MARGIN * norms->input),
                               fmax(1.0, MARGIN * norms->input),
@@ -388,7 +388,7 @@ static void test_controller_formats_are_the_least_that_hold_the_peaks(void)
         config               = (tribo_controller_f32_config_t){.sections = sections, .section_count = count};
         const double u_max_n = random_between(&r, 0.1, (double)FULL_SCALE);
         norms_t      norms;
-        if (init_within((float)u_max_n) != TRIBO_OK || !find_norms(&norms, u_max_n / (double)FULL_SCALE + 1.0, 4000))
+        if (init_within((float)u_max_n) != TRIBO_OK || !find_norms(&norms, u_max_n / (double)FULL_SCALE + 1.0, 1000))
         {
             continue;
         }
@@ -453,7 +453,7 @@ static void test_controller_headroom_bounds_slow_responses(void)
         }
         checked++;
         norms_t few;
-        slow += !find_norms(&few, 1.5, 4096);
+        slow += !find_norms(&few, 1.5, 1024);
         for (uint32_t j = 0; j < count; j++)
         {
             const double ratio = (double)headroom.output[j] / node_peak(&norms, j);

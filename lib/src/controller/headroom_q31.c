@@ -10,95 +10,42 @@
 // so no input within its bound can make it overflow.
 //
 // The inputs of a controller are e and s = u - term, the applied output. With anti-windup the states follow s, so even
-// an integrator has a bounded response. The f32 cascade runs on an impulse of each, and the magnitudes are summed. The
-// tail that slow poles leave after BLOCKS is bounded by the energies of the next 1, 1, 2, 4 ... ticks: a sum of n
-// magnitudes is at most the root of n times the sum of their squares (Cauchy and Schwarz). The bound on such a tail is
-// up to 4 % above the sum for a real pole, 15 % for an oscillation, and half as much again for one at a quarter of the
-// sampling frequency. Where a node is small because slow modes all but cancel, beyond 1e5 full scales elsewhere, it may
-// be several times as large.
+// an integrator has a bounded response. The cascade runs on an impulse of each, and the magnitudes are summed. The tail
+// that slow poles leave after BLOCKS is bounded by the energies of the next 1, 1, 2, 4 ... ticks: a sum of n magnitudes
+// is at most the root of n times the sum of their squares (Cauchy and Schwarz). The bound on such a tail is up to 4 %
+// above the sum for a real pole, 15 % for an oscillation, and half as much again for one at a quarter of the sampling
+// frequency. Where a node is small because slow modes all but cancel, beyond 1e5 full scales elsewhere, it may be
+// several times as large.
+//
+// All of it is in double, because the small signals of a slow cascade are differences of large ones. A target without
+// double in hardware links the compiler's functions for it, for set-up only.
 
-#define MARGIN      1.02f // factor on a sum for rounding, and for what a pole at 1e-7 from z = 1 hides below DECAYED
-#define SCALE_MAX   24    // larger scales leave too few bits of a signal
-#define BLOCK_TICKS 512u  // a response is summed in blocks
+#define MARGIN      1.02 // factor on a sum for rounding, and for what a pole at 1e-7 from z = 1 hides below DECAYED
+#define SCALE_MAX   24   // larger scales leave too few bits of a signal
+#define BLOCK_TICKS 128u // a response is summed in blocks
 #define BLOCKS      8u
-#define DECAYED     1.0e-6f  // a last block of this fraction of the sum ends it
-#define PIECE_TICKS 64u      // ticks between two pauses
+#define DECAYED     1.0e-6   // a last block of this fraction of the sum ends it
+#define PIECE_TICKS 32u      // ticks between two pauses
 #define SLOWEST     0x1p30f  // longest decay, ticks: enough for a pole at 1e-7 from z = 1
 #define LONG_TICKS  0x1p16f  // shortest tail, ticks: a shorter one would hide a slower one
 #define ROUNDING    1.0e-13f // rounding of an energy, as a fraction of its terms, which may cancel
 #define STATES_MAX  (2u * TRIBO_BIQUAD_SECTIONS_MAX)
+#define SIGNALS_MAX (2u + 5u * TRIBO_BIQUAD_SECTIONS_MAX)
 
 /// The signals of a cascade in one tick, or the sums of their magnitudes over time: its L1 norms.
-typedef struct
-{
-    float input; // with the correction
-    float correction;
-    struct
-    {
-        float y, corrected, correction, w1, w2;
-    } section[TRIBO_BIQUAD_SECTIONS_MAX];
-} signals_t;
-
 typedef union
 {
-    signals_t named;
-    float     at[sizeof(signals_t) / sizeof(float)];
-} peaks_t;
-
-/// The number of signals of a cascade.
-static uint32_t signals(const tribo_controller_f32_params_t *f32)
-{
-    return 2u + 5u * f32->cascade.count;
-}
-
-/// One tick for an error `e` and an applied output `s`. Writes the signals to `now`, with w1 and w2 as they are after
-/// the tick. If anti_windup is 0 this is the cascade alone.
-static void tick(peaks_t                             *now,
-                 const tribo_controller_f32_params_t *f32,
-                 tribo_biquad_f32_state_t            *state,
-                 float                                e,
-                 float                                s)
-{
-    const tribo_biquad_f32_section_t *const section = f32->cascade.section;
-    float                                   v       = e;
-    for (uint32_t i = 0; i < f32->cascade.count; i++)
+    struct
     {
-        v                       = biquad_f32_section_output(&section[i], &state->section[i], v);
-        now->named.section[i].y = v;
-    }
-    float c               = (s - v) * f32->anti_windup;
-    float in              = e + c;
-    now->named.input      = in;
-    now->named.correction = c;
-    for (uint32_t i = 0; i < f32->cascade.count; i++)
-    {
-        c *= section[i].b0;
-        const float out = now->named.section[i].y + c;
-        biquad_f32_section_advance(&section[i], &state->section[i], in, out);
-        now->named.section[i].corrected  = out;
-        now->named.section[i].correction = c;
-        now->named.section[i].w1         = state->section[i].w1;
-        now->named.section[i].w2         = state->section[i].w2;
-        in                               = out;
-    }
-}
-
-/// Adds a block to the sum. True if the block is so small that the sum may end with it.
-static bool add_block(peaks_t *sum, const peaks_t *block, uint32_t count)
-{
-    bool decayed = true;
-    for (uint32_t j = 0; j < count; j++)
-    {
-        sum->at[j] += block->at[j];
-        decayed = decayed && block->at[j] <= DECAYED * sum->at[j];
-    }
-    return decayed;
-}
-
-// --- the tail of slow poles ------------------------------------------------------------------------------------------
-
-// The tail is computed in double, because the small signals of a slow cascade are differences of large ones. A target
-// without double in hardware links the compiler's functions for it, for set-up only.
+        double input; // with the correction
+        double correction;
+        struct
+        {
+            double y, corrected, correction, w1, w2;
+        } section[TRIBO_BIQUAD_SECTIONS_MAX];
+    } named;
+    double at[SIGNALS_MAX];
+} signals_t;
 
 /// A row of states: w1 and w2 of each section.
 typedef struct
@@ -106,37 +53,34 @@ typedef struct
     double at[STATES_MAX];
 } row_t;
 
-typedef union
+/// A square matrix of a cascade's states.
+typedef struct
 {
-    struct
-    {
-        double input, correction;
-        struct
-        {
-            double y, corrected, correction, w1, w2;
-        } section[TRIBO_BIQUAD_SECTIONS_MAX];
-    } named;
-    double at[sizeof(signals_t) / sizeof(float)];
-} double_signals_t;
+    double   at[STATES_MAX][STATES_MAX];
+    uint32_t size;
+} matrix_t;
 
-/// Does what tick does, for the states x. Returns by how much the states change, because their new values would round
-/// off the distance of a slow pole from 1.
-static row_t change_of(double_signals_t                    *now,
-                       const tribo_controller_f32_params_t *f32,
-                       const row_t                         *x,
-                       float                                e,
-                       float                                s)
+/// The number of signals of a cascade.
+static uint32_t signals(const tribo_controller_f32_params_t *f32)
+{
+    return 2u + 5u * f32->cascade.count;
+}
+
+/// One tick from the states x for an error `e` and an applied output `s`. Writes the signals to `now`, with w1 and w2 as
+/// they are after the tick. Returns by how much the states change, because their new values would round off the distance
+/// of a slow pole from 1. If anti_windup is 0 this is the cascade alone.
+static row_t change_of(signals_t *now, const tribo_controller_f32_params_t *f32, const row_t *x, double e, double s)
 {
     const tribo_biquad_f32_section_t *const section = f32->cascade.section;
     row_t                                   change  = {.at = {0.0}};
-    double                                  v       = (double)e;
+    double                                  v       = e;
     for (uint32_t i = 0; i < f32->cascade.count; i++)
     {
         v                       = (double)section[i].b0 * v + x->at[2u * i];
         now->named.section[i].y = v;
     }
-    double c              = ((double)s - v) * (double)f32->anti_windup;
-    double in             = (double)e + c;
+    double c              = (s - v) * (double)f32->anti_windup;
+    double in             = e + c;
     now->named.input      = in;
     now->named.correction = c;
     for (uint32_t i = 0; i < f32->cascade.count; i++)
@@ -154,12 +98,45 @@ static row_t change_of(double_signals_t                    *now,
     return change;
 }
 
-/// A square matrix of a cascade's states.
-typedef struct
+/// Sums of magnitudes over a block that begins with the impulses `e` and `s`. The states x advance.
+static signals_t sum_block(const tribo_controller_f32_params_t *f32,
+                           row_t                               *x,
+                           double                               e,
+                           double                               s,
+                           const tribo_controller_f32_config_t *config)
 {
-    double   at[STATES_MAX][STATES_MAX];
-    uint32_t size;
-} matrix_t;
+    signals_t sum = {.at = {0.0}};
+    for (uint32_t k = 0; k < BLOCK_TICKS; k++)
+    {
+        signals_t   now;
+        const row_t change = change_of(&now, f32, x, k == 0u ? e : 0.0, k == 0u ? s : 0.0);
+        for (uint32_t j = 0; j < 2u * f32->cascade.count; j++)
+        {
+            x->at[j] += change.at[j];
+        }
+        for (uint32_t j = 0; j < signals(f32); j++)
+        {
+            sum.at[j] += now.at[j] < 0.0 ? -now.at[j] : now.at[j];
+        }
+        if (k % PIECE_TICKS == 0u)
+        {
+            controller_f32_pause(config);
+        }
+    }
+    return sum;
+}
+
+/// Adds a block to the sum. True if the block is so small that the sum may end with it.
+static bool add_block(signals_t *sum, const signals_t *block, uint32_t count)
+{
+    bool decayed = true;
+    for (uint32_t j = 0; j < count; j++)
+    {
+        sum->at[j] += block->at[j];
+        decayed = decayed && block->at[j] <= DECAYED * sum->at[j];
+    }
+    return decayed;
+}
 
 /// X (1 + E), or X^T (1 + E) if `transposed`.
 static matrix_t advanced(const matrix_t *X, bool transposed, const matrix_t *E)
@@ -193,7 +170,7 @@ static void add(matrix_t *to, const matrix_t *X)
 
 /// Bound on the sum of |signal k| over `ticks`. `of` holds the signals for a 1 in each state, `energy` is the sum of
 /// x^T x.
-static float bound(const double_signals_t of[STATES_MAX], uint32_t k, const matrix_t *energy, float ticks)
+static float bound(const signals_t of[STATES_MAX], uint32_t k, const matrix_t *energy, float ticks)
 {
     double squares = 0.0;
     float  terms   = 0.0f;
@@ -209,73 +186,37 @@ static float bound(const double_signals_t of[STATES_MAX], uint32_t k, const matr
     return root_f32(ticks * (larger((float)squares, 0.0f) + ROUNDING * terms));
 }
 
-/// The states x after the ticks that sum_block sums. They are computed anew, because the rounding of states in float
-/// hides a slow mode.
-static row_t find_tail(const tribo_controller_f32_params_t *f32,
-                       bool                                 of_s,
-                       const matrix_t                      *E,
-                       const tribo_controller_f32_config_t *config)
-{
-    const row_t      rest = {.at = {0.0}};
-    double_signals_t unseen;
-    row_t            x      = change_of(&unseen, f32, &rest, of_s ? 0.0f : 1.0f, of_s ? 1.0f : 0.0f);
-    matrix_t         change = *E;
-    for (uint32_t ticks = 1; ticks < BLOCKS * BLOCK_TICKS; ticks *= 2u)
-    {
-        row_t moved = x;
-        for (uint32_t i = 0; i < E->size; i++)
-        {
-            for (uint32_t j = 0; j < E->size; j++)
-            {
-                moved.at[j] += x.at[i] * change.at[i][j];
-            }
-        }
-        x = moved;
-        controller_f32_pause(config);
-        const matrix_t more = advanced(&change, false, &change);
-        add(&change, &more);
-    }
-    return x;
-}
-
-/// Adds bounds on the sums after the ticks that sum_block sums. False if the response does not decay.
-static bool add_tail(peaks_t                             *sum,
+/// Adds bounds on the sums from the states x on. False if the response does not decay.
+static bool add_tail(signals_t                           *sum,
                      const tribo_controller_f32_params_t *f32,
-                     bool                                 of_s,
+                     const row_t                         *x,
                      const tribo_controller_f32_config_t *config)
 {
-    const uint32_t   size           = 2u * f32->cascade.count;
-    matrix_t         E              = {.size = size}; // x[k + 1] = x[k] (1 + E)
-    matrix_t         energy         = {.size = size}; // the sum of x^T x
-    matrix_t         next           = {.size = size}; // the energy of the next `ticks`
-    double_signals_t of[STATES_MAX] = {{.at = {0.0}}};
+    const uint32_t size           = 2u * f32->cascade.count;
+    matrix_t       E              = {.size = size}; // x[k + 1] = x[k] (1 + E)
+    matrix_t       energy         = {.size = size}; // the sum of x^T x
+    matrix_t       next           = {.size = size}; // the energy of the next `ticks`
+    signals_t      of[STATES_MAX] = {{.at = {0.0}}};
     for (uint32_t i = 0; i < size; i++)
     {
         row_t unit      = {.at = {0.0}};
         unit.at[i]      = 1.0;
-        const row_t row = change_of(&of[i], f32, &unit, 0.0f, 0.0f);
+        const row_t row = change_of(&of[i], f32, &unit, 0.0, 0.0);
         for (uint32_t j = 0; j < size; j++)
         {
-            E.at[i][j] = row.at[j];
-        }
-    }
-    const row_t x = find_tail(f32, of_s, &E, config);
-    for (uint32_t i = 0; i < size; i++)
-    {
-        for (uint32_t j = 0; j < size; j++)
-        {
-            next.at[i][j] = x.at[i] * x.at[j];
+            E.at[i][j]    = row.at[j];
+            next.at[i][j] = x->at[i] * x->at[j];
         }
     }
     bool  decayed = false;
     float ticks   = 1.0f; // that `next` covers
     for (float of_E = 1.0f; of_E < SLOWEST && !decayed; of_E *= 2.0f)
     {
-        peaks_t block = {.at = {0.0f}};
+        signals_t block = {.at = {0.0}};
         for (uint32_t k = 0; k < signals(f32); k++)
         {
             controller_f32_pause(config);
-            block.at[k] = bound(of, k, &next, ticks);
+            block.at[k] = (double)bound(of, k, &next, ticks);
         }
         decayed = add_block(sum, &block, signals(f32)) && ticks >= LONG_TICKS;
         add(&energy, &next);
@@ -291,64 +232,42 @@ static bool add_tail(peaks_t                             *sum,
     return decayed;
 }
 
-/// Sums of magnitudes over a block that begins with an `impulse` of s if `of_s`, otherwise of e.
-static peaks_t sum_block(const tribo_controller_f32_params_t *f32,
-                         tribo_biquad_f32_state_t            *state,
-                         bool                                 of_s,
-                         float                                impulse,
-                         const tribo_controller_f32_config_t *config)
-{
-    peaks_t sum  = {.at = {0.0f}};
-    float   left = impulse;
-    for (uint32_t k = 0; k < BLOCK_TICKS; k++)
-    {
-        peaks_t now;
-        tick(&now, f32, state, of_s ? 0.0f : left, of_s ? left : 0.0f);
-        for (uint32_t j = 0; j < signals(f32); j++)
-        {
-            sum.at[j] += magnitude(now.at[j]);
-        }
-        if (k % PIECE_TICKS == 0u)
-        {
-            controller_f32_pause(config);
-        }
-        left = 0.0f;
-    }
-    return sum;
-}
-
-/// Adds `weight` times bounds on the L1 norms of the responses to an impulse of e or of s. False if a response does not
-/// decay.
-static bool add_response(peaks_t                             *peaks,
+/// Adds bounds on the L1 norms of the responses to the impulses `e` and `s`, one of which is 0. False if a response does
+/// not decay.
+static bool add_response(signals_t                           *peaks,
                          const tribo_controller_f32_params_t *f32,
-                         bool                                 of_s,
-                         float                                weight,
+                         double                               e,
+                         double                               s,
                          const tribo_controller_f32_config_t *config)
 {
-    const uint32_t           count   = signals(f32);
-    peaks_t                  sum     = {.at = {0.0f}};
-    bool                     decayed = false;
-    tribo_biquad_f32_state_t state;
-    tribo_biquad_f32_reset(&state);
+    const uint32_t count   = signals(f32);
+    signals_t      sum     = {.at = {0.0}};
+    row_t          x       = {.at = {0.0}};
+    bool           decayed = false;
     for (uint32_t i = 0; i < BLOCKS && !decayed; i++)
     {
-        const peaks_t block = sum_block(f32, &state, of_s, i == 0u ? 1.0f : 0.0f, config);
-        decayed             = add_block(&sum, &block, count);
+        const signals_t block = sum_block(f32, &x, i == 0u ? e : 0.0, i == 0u ? s : 0.0, config);
+        decayed               = add_block(&sum, &block, count);
     }
-    const bool bounded = decayed || add_tail(&sum, f32, of_s, config);
+    const bool bounded = decayed || add_tail(&sum, f32, &x, config);
     for (uint32_t j = 0; j < count; j++)
     {
-        peaks->at[j] += weight * MARGIN * sum.at[j];
+        peaks->at[j] += MARGIN * sum.at[j];
     }
     return bounded;
 }
 
+static double most(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 /// Peak at the output node of section i: the largest of its output before and after the correction and of the
 /// correction itself.
-static float node_peak(const peaks_t *peaks, uint32_t i)
+static float node_peak(const signals_t *peaks, uint32_t i)
 {
-    return larger(peaks->named.section[i].y,
-                  larger(peaks->named.section[i].corrected, peaks->named.section[i].correction));
+    return (float)most(peaks->named.section[i].y,
+                       most(peaks->named.section[i].corrected, peaks->named.section[i].correction));
 }
 
 /// The smallest scale, `at_least` or larger, at which `peak` 2^-scale is below full scale. SCALE_MAX + 1 if there is
@@ -392,10 +311,10 @@ static float from_two_words(int64_t fixed)
 /// multiplied by 2^(i - j), so each section computes at the scales of its nodes.
 static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
                                         const tribo_biquad_f32_params_t *cascade,
-                                        const peaks_t                   *peaks,
+                                        const signals_t                 *peaks,
                                         float                            input_peak)
 {
-    int32_t before   = scale_for(larger(input_peak, larger(peaks->named.input, peaks->named.correction)), 2);
+    int32_t before   = scale_for(larger(input_peak, (float)most(peaks->named.input, peaks->named.correction)), 2);
     out->input_scale = (uint8_t)before;
     out->count       = (uint8_t)cascade->count;
     if (before > SCALE_MAX)
@@ -406,12 +325,12 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
     {
         const tribo_biquad_f32_section_t *s     = &cascade->section[i];
         const float                       gain  = larger(magnitude(s->b0), larger(magnitude(s->b1), magnitude(s->b2)));
-        const float                       w     = larger(peaks->named.section[i].w1, peaks->named.section[i].w2);
+        const float                       w     = (float)most(peaks->named.section[i].w1, peaks->named.section[i].w2);
         const float                       most  = larger(scaled(gain, before), w);
         const int32_t                     scale = scale_for(most / 3.999f, scale_for(node_peak(peaks, i), 0));
         const int32_t                     by    = before - scale;
         const float                       b2    = scaled(s->b2, by);
-        const float                       w2    = scaled(peaks->named.section[i].w2, -scale);
+        const float                       w2    = scaled((float)peaks->named.section[i].w2, -scale);
         const int32_t                     shift = shift_for(larger(magnitude(b2), larger(s->a2, w2)));
         if (scale > SCALE_MAX)
         {
@@ -452,13 +371,13 @@ static void dequantize(tribo_biquad_f32_section_t *sections, const tribo_biquad_
     }
 }
 
-static void report(tribo_headroom_q31_t *headroom, const peaks_t *peaks, uint32_t count, float input_peak)
+static void report(tribo_headroom_q31_t *headroom, const signals_t *peaks, uint32_t count, float input_peak)
 {
     if (headroom == NULL)
     {
         return;
     }
-    headroom->input = larger(input_peak, peaks->named.input);
+    headroom->input = larger(input_peak, (float)peaks->named.input);
     for (uint32_t i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
     {
         headroom->output[i] = i < count ? node_peak(peaks, i) : 0.0f;
@@ -473,13 +392,14 @@ tribo_status_t tribo_headroom_q31_quantize(tribo_biquad_q31_params_t           *
                                            float                                s_peak,
                                            tribo_headroom_q31_t                *headroom)
 {
-    peaks_t        peaks;
+    signals_t      peaks;
     const uint32_t count  = f32->cascade.count;
     tribo_status_t status = TRIBO_OK;
     for (uint32_t i = 0; i < 2u && status == TRIBO_OK; i++)
     {
-        peaks = (peaks_t){.at = {0.0f}};
-        if (!add_response(&peaks, f32, false, e_peak, config) || !add_response(&peaks, f32, true, s_peak, config) ||
+        peaks = (signals_t){.at = {0.0}};
+        if (!add_response(&peaks, f32, (double)e_peak, 0.0, config) ||
+            !add_response(&peaks, f32, 0.0, (double)s_peak, config) ||
             quantize_sections(out, &f32->cascade, &peaks, e_peak) != TRIBO_OK)
         {
             return TRIBO_ERR_HEADROOM;
