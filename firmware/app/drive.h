@@ -113,8 +113,8 @@ typedef struct
     faults_bounds_t      bounds;
     expected_t           expected;
     bool                 has_sensor; ///< there is a force sensor; without one y is 0
-    loop_widths_t
-        widths_per_unit; ///< for a unit of the position, on a drive without a force sensor; 0: the position is not used
+    /// For a unit of the position, on a drive without a force sensor; 0: the position is not used.
+    loop_widths_t widths_per_unit;
 } drive_setup_t;
 
 /// The result of the last tare that was requested.

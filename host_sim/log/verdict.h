@@ -41,8 +41,8 @@ typedef struct
     size_t rising;        ///< those of them with F rising
     double low_n, high_n; ///< range of F in them
     size_t against;       ///< those of them in which friction opposes the motion
-    size_t
-        has_motion; ///< those of them with known speed or position; `against` counts only these, or all if there are none
+    /// Those of them with known speed or position; `against` counts only these, or all if there are none.
+    size_t has_motion;
 
     bool   is_fitted;
     bool   is_by_path; ///< true: fitted by the path; false: by the line through the slides

@@ -54,23 +54,23 @@ typedef struct
     float u_min_n;       ///< -1e6 to 0 N
     float u_max_n;       ///< 0 to 1e6 N, over u_min_n
     float input_max_n;   ///< largest credible |r| and |y|, up to 1e6 N; 0: twice the larger limit of u
-    float
-        usual_force_n; ///< |F| around which the rig usually works, in Q31 up to the full scale; 0: a quarter of the larger limit of u
+    /// |F| around which the rig usually works, in Q31 up to the full scale; 0: a quarter of the larger limit of u.
+    float                   usual_force_n;
     tribo_breakaway_f32_t   positive;  ///< breakaway, offset_n + slope |F|, right within a factor of 3
     tribo_breakaway_f32_t   negative;  ///< breakaway in the negative direction; 0: the same as in the positive one
     float                   gravity_n; ///< constant load on the arm, as end-point force
     float                   arm_lag_s; ///< damping divided by stiffness of the arm, s; 0: not known
     float                   noise_n;   ///< standard deviation of y; 0: not known
     tribo_axis_controller_t controller;
-    tribo_feedforward_f32_config_t
-        feedforward; ///< set the poles of actuator and sensor; the other members have their defaults
+    /// Set the poles of actuator and sensor; the other members have their defaults.
+    tribo_feedforward_f32_config_t feedforward;
 } tribo_axis_f32_config_t;
 
 /// The state of an axis in N, for both arithmetics.
 typedef struct
 {
-    float breakaway_n
-        [2]; ///< learned breakaway at the usual force; TRIBO_BREAKAWAY_POSITIVE and _NEGATIVE are the indices
+    /// Learned breakaway at the usual force; TRIBO_BREAKAWAY_POSITIVE and _NEGATIVE are the indices.
+    float breakaway_n[2];
     float low_n[2], high_n[2]; ///< 95 % interval of the breakaway
     float breakaway_factor;    ///< 1. If the configured breakaway is far too small 3, and high_n is 1e6 N; if it is far
                                ///< too large 0.2: multiply it by this and initialise the axis again

@@ -63,8 +63,8 @@ typedef struct
     float                             u_max_n;       ///< 0 to 1e6 N, over u_min_n
     /// The init calls it after at most 30,000 operations each time, for example to serve a watchdog. May be null.
     void (*pause)(void);
-    tribo_refusal_t
-        *refusal; ///< the init writes it if it refuses a section, or the whole cascade (as its first b0); may be null
+    /// The init writes it if it refuses a section, or the whole cascade (as its first b0). May be null.
+    tribo_refusal_t *refusal;
 } tribo_controller_f32_config_t;
 
 /// Signals of one step, for logging.

@@ -153,7 +153,7 @@ typedef struct
 /// Returns the default config, which underestimates friction on purpose.
 tribo_sensorless_f32_config_t tribo_sensorless_f32_default(void);
 
-/// /// Names the method without a force sensor in a loop's config. The method reads the actuator's pole, reversal_n,
+/// Names the method without a force sensor in a loop's config. The method reads the actuator's pole, reversal_n,
 /// jump_time_s and jump_lead of `config`. Its memory is a tribo_feedforward_f32_memory_t.
 tribo_loop_part_t tribo_sensorless_f32_use(tribo_feedforward_f32_params_t       *params,
                                            const tribo_feedforward_f32_config_t *config,
@@ -180,7 +180,7 @@ typedef struct
         high; ///< F^ with L times (1 - tolerance) to (1 + tolerance); F is between them, apart from the error of the lag
 } tribo_force_estimate_f32_t;
 
-/// /// Runs one tick of the estimate with the applied command `u_n`. `params` are those of a loop with or without a
+/// Runs one tick of the estimate with the applied command `u_n`. `params` are those of a loop with or without a
 /// sensor. At runs = 0 any F is possible. A tolerance or a force that is not credible changes nothing.
 void tribo_force_estimate_f32_step(const tribo_force_loop_f32_params_t  *params,
                                    const tribo_feedforward_f32_params_t *feedforward,
@@ -374,7 +374,7 @@ struct tribo_feedforward_f32_memory
     tribo_feedforward_f32_motion_t motion;
 };
 
-/// /// Returns true while the learner has a sample. Meanwhile do not reset, restore or start without keep_learned,
+/// Returns true while the learner has a sample. Meanwhile do not reset, restore or start without keep_learned,
 /// unless your call is in the context that learns.
 static inline bool tribo_feedforward_f32_is_learning(const tribo_feedforward_f32_state_t *state)
 {

@@ -92,9 +92,9 @@ struct tribo_force_loop_f32_config
     float input_max_n;   ///< largest credible |r| and |y|, 1e-6 to 1e6 N
     float gain;          ///< eta, 0 to 2; 0 turns the compensation off, 1 overcompensates
     float usual_force_n; ///< |F| around which the rig usually works, 0 to 1e6 N; 0: tribo_force_loop_f32_usual_force_n
-    tribo_controller_f32_config_t
-               controller; ///< the limits of u, and sections designed for this sample time; no sections with `pi`
-    tribo_pi_t pi;         ///< kp = ki = 0: the sections are the controller
+    /// The limits of u, and sections designed for this sample time; no sections with `pi`.
+    tribo_controller_f32_config_t  controller;
+    tribo_pi_t                     pi; ///< kp = ki = 0: the sections are the controller
     tribo_compensator_f32_config_t compensator;
     tribo_loop_part_t  method; ///< `config.method = tribo_feedforward_f32_use(...)`; zeros: the paper's method
     tribo_loop_guard_t guard;  ///< `config.guard = tribo_guard_f32_use(...)`; zeros: no guard
@@ -120,8 +120,7 @@ typedef struct
 {
     float turn_n;       ///< f has reversed once it has come back by this much; 1e-9 to 1e6 N, about L/3
     float quick_time_s; ///< reversals closer together than this may be hunting; 1e-6 to 1e3 s and up to 1e5 samples
-    float
-        stray_n; ///< smallest excess that counts as overshoot; 1e-9 to 1e6 N, about L/15 and over twice the noise peaks
+    float stray_n;     ///< least excess that counts as overshoot; 1e-9 to 1e6 N, about L/15, over twice the noise peaks
     float fade_time_s; ///< friction fades out in this time; 1e-6 to 1e3 s and up to 1e6 samples
 } tribo_guard_f32_config_t;
 
@@ -345,8 +344,8 @@ struct tribo_force_loop_f32_state
     uintptr_t                            active_seal; ///< ~active; if it differs, `active` is corrupt
     tribo_guard_f32_state_t              guard;       ///< state of the guard that the params name
     float                                friction_n;  ///< f^ of the last tick
-    uint32_t
-        bad_inputs; ///< bad r, y, v or term, corrupt pointers, ticks of a method without memory; stops at UINT32_MAX
+    /// Bad r, y, v or term, corrupt pointers, ticks of a method without memory; stops at UINT32_MAX.
+    uint32_t                      bad_inputs;
     tribo_controller_f32_state_t  controller; ///< contains limited_ticks
     tribo_compensator_f32_state_t compensator;
 };
