@@ -53,7 +53,7 @@ def measure(tree):
     rows = {}
     for name, program, pattern, limit in FIGURES:
         if program not in out:
-            run = subprocess.run([tree / "tests" / program], capture_output=True, text=True, timeout=300)
+            run = subprocess.run([tree / "tests" / program], capture_output=True, text=True, timeout=1500)
             if run.returncode:
                 sys.exit(f"{run.stdout}accuracy.py: {program} failed")
             out[program] = run.stdout

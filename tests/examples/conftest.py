@@ -13,7 +13,7 @@ RMS_MAX_UN = 200  # as tests/package has it for the same arm; 3,900 without comp
 def make(example, build, *arguments, status=0):
     """What `make ARGUMENTS` in an example's folder prints."""
     result = subprocess.run(["make", "--silent", f"BUILD={build}", *arguments], cwd=EXAMPLES / example, stdout=subprocess.PIPE,
-                            stderr=subprocess.STDOUT, text=True, timeout=300, check=False)
+                            stderr=subprocess.STDOUT, text=True, timeout=3000, check=False)
     assert (result.returncode != 0) == (status != 0), result.stdout
     return result.stdout
 

@@ -24,4 +24,4 @@ def test_tasks_compile(source, tmp_path):
     example = EXAMPLES / source.split("/")[0]
     subprocess.run(["arm-none-eabi-gcc", "-mthumb", "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-std=c11", "-O2", "-Wall",
                     "-Wextra", "-Werror", "-I", example / "stand_in", "-I", EXAMPLES / "rig", "-I", EXAMPLES.parent / "lib" / "include",
-                    "-c", EXAMPLES / source, "-o", tmp_path / "task.o"], check=True, timeout=60)
+                    "-c", EXAMPLES / source, "-o", tmp_path / "task.o"], check=True, timeout=600)

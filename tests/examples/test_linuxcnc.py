@@ -30,7 +30,7 @@ def halrun(modules, folder, commands):
     """What halrun prints that runs a file of `commands`."""
     (folder / "test.hal").write_text(commands)
     script = f"mount --bind {modules} {MODULES} && exec unshare --user --map-user=1000 halrun -f test.hal"
-    result = subprocess.run(["unshare", "--map-root-user", "--mount", "--ipc", "sh", "-c", script], cwd=folder, text=True, timeout=120,
+    result = subprocess.run(["unshare", "--map-root-user", "--mount", "--ipc", "sh", "-c", script], cwd=folder, text=True, timeout=600,
                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
                             env={"PATH": "/usr/bin:/bin:/usr/sbin:/sbin", "HOME": str(folder)})
     assert result.returncode == 0, result.stdout

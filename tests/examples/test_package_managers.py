@@ -26,7 +26,7 @@ def alone(*command, **options):
 @pytest.fixture(name="package")
 def _package(tmp_path):
     def write(kind):
-        subprocess.run([ROOT / "tools" / "dev" / "packages", tmp_path / "packages", kind], check=True, stdout=subprocess.DEVNULL, timeout=60)
+        subprocess.run([ROOT / "tools" / "dev" / "packages", tmp_path / "packages", kind], check=True, stdout=subprocess.DEVNULL, timeout=600)
         return tmp_path / "packages" / kind
 
     return write
@@ -46,7 +46,7 @@ def installed(kind, name, version):
 
 def test_platformio_builds_a_program_with_the_library(package, tmp_path):
     wanted = subprocess.run([sys.executable, "-c", "from platformio.dependencies import get_core_dependencies as get; print(get()['tool-scons'])"],
-                            stdout=subprocess.PIPE, text=True, check=True, timeout=60).stdout
+                            stdout=subprocess.PIPE, text=True, check=True, timeout=600).stdout
     scons = re.search(r"[\d.]+", wanted)[0]
     core, project = tmp_path / "core", tmp_path / "project"
     put(core / "packages" / "tool-scons", scons__py="import SCons.Script\nSCons.Script.main()\n",
@@ -66,7 +66,7 @@ def test_platformio_builds_a_program_with_the_library(package, tmp_path):
                 env={**os.environ, "PLATFORMIO_CORE_DIR": str(core), "PLATFORMIO_SETTING_ENABLE_TELEMETRY": "no"})
     compiled = [line for line in out.splitlines() if "force_loop_f32.c" in line]
     assert compiled and "-ffp-contract=off" in compiled[0]
-    subprocess.run([project / ".pio" / "build" / "here" / "program"], check=True, timeout=60)
+    subprocess.run([project / ".pio" / "build" / "here" / "program"], check=True, timeout=600)
 
 
 def test_conan_makes_its_package(package, tmp_path):
