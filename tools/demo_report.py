@@ -1,9 +1,9 @@
 """The table and the pictures of tools/demo.
 
-    demo_report.py WITHOUT_DIR PAPER_DIR FEEDFORWARD_DIR REPLAY_CSV OUT_DIR
+    demo_report.py WITHOUT_DIR PAPER_DIR FEEDFORWARD_DIR REPLAY_CSV JOINT_CSV OUT_DIR
 
-Reads what three runs of tribo-sim wrote, without friction compensation and with its two methods, and the output of tribo-sim
-replay for the friction law with k = 1.1. Prints the table, writes PNG and SVG. The same data give the same files: no date, no
+Reads what three runs of tribo-sim wrote, without friction compensation and with its two methods, the output of tribo-sim
+replay for the friction law with k = 1.1, and the motions of a joint (tests/package/joint_board.c). Prints the table, writes PNG and SVG. The same data give the same files: no date, no
 random ids.
 """
 
@@ -27,6 +27,7 @@ SETTLED_S = 20.0  # the first period starts from rest and counts in no figure
 PAPER_RMS_N = 0.0038, 0.0010  # without and with compensation
 TURNS_DOWN_S = 30.0
 TURNS_UP_S = 40.0
+TURNS_JOINT_S = 6.0
 
 matplotlib.rcParams.update(
     {
@@ -242,6 +243,36 @@ def hero_figure(*traces):
     return figure
 
 
+def joint_figure(trace):
+    """A joint that follows a sine, behind a position loop with and without friction taken out."""
+    figure = plt.figure(figsize=(12, 4.6))
+    title(figure, "A joint with current and encoder, without a force sensor")
+    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.25))
+    motion = figure.add_subplot(grid[:, 0])
+    rows = [figure.add_subplot(grid[0, 1])]
+    rows.append(figure.add_subplot(grid[1, 1], sharex=rows[0], sharey=rows[0]))
+    turn = trace.around(TURNS_JOINT_S, 1.0)
+    names = ("q_without_rad", "without compensation", WITHOUT), ("q_with_rad", "friction taken out", FEEDFORWARD)
+    errors = []
+    for (column, name, shown), axes in zip(names, rows):
+        motion.plot(turn["t_s"], [1e3 * q for q in turn[column]], color=shown, label=name)
+        error = [1e3 * (wanted - q) for wanted, q in zip(trace["q_ref_rad"], trace[column])]
+        axes.axhline(0.0, color=GUIDE, linewidth=0.8)
+        axes.plot(trace["t_s"], error, color=shown)
+        axes.set_ylabel("q_ref − q (mrad)")
+        axes.set_title(f"{name[0].upper()}{name[1:]}: {rms(error):.1f} mrad RMS")
+        errors.append(rms(error))
+    rows[1].text(0.99, 0.9, f"{errors[0] / errors[1]:.0f} times less", color=FEEDFORWARD, ha="right", va="top", fontweight="bold", transform=rows[1].transAxes)
+    motion.plot(turn["t_s"], [1e3 * q for q in turn["q_ref_rad"]], color=colour("r_N"), linestyle=(0, (4, 2)), linewidth=1.1, label="reference")
+    motion.set_title("The position where its reference turns")
+    motion.set_ylabel("position (mrad)")
+    label_time(motion, turn)
+    label_time(rows[1], trace)
+    rows[0].tick_params(labelbottom=False)
+    legend(figure, motion)
+    return figure
+
+
 def print_table(folders):
     """The benchmark's figure beside the paper's."""
     measured = [json.loads((folder / "summary.json").read_text(encoding="utf-8"))["rms_error_N"] for folder in folders]
@@ -258,7 +289,7 @@ def print_table(folders):
 
 
 def main():
-    if len(sys.argv) != 6:
+    if len(sys.argv) != 7:
         sys.exit(__doc__)
     folders = [pathlib.Path(folder) for folder in sys.argv[1:4]]
     print_table(folders)
@@ -266,7 +297,8 @@ def main():
         Trace.read(folder / "trace.csv").between(SETTLED_S, SETTLED_S + 2 * PERIOD_S) for folder in folders
     )
     replay = Trace.read(sys.argv[4]).between(4.0, 8.0)
-    out = pathlib.Path(sys.argv[5])
+    joint = Trace.read(sys.argv[5])
+    out = pathlib.Path(sys.argv[6])
     out.mkdir(parents=True, exist_ok=True)
     figures = {
         "hero": hero_figure(*traces),
@@ -274,6 +306,7 @@ def main():
         "error": error_figure(*traces),
         "hysteresis": hysteresis_figure(replay, traces[1]),
         "relays": relay_figure(traces[1]),
+        "joint": joint_figure(joint),
     }
     for name, figure in figures.items():
         figure.savefig(out / f"{name}.png", metadata={"Software": None})

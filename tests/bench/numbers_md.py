@@ -262,9 +262,6 @@ def numbers_md(figures, record):
 def facts(figures, record):
     m4f = figures["cortex-m4f"]
 
-    def worst(processor, arithmetic):
-        return number(figures[processor][f"{arithmetic}.worst"])
-
     def span(of, arithmetic):
         least, most = (
             [int(of[f"{arithmetic}.feedforward.{run}.{end}"]) for run in ("tick", "search", "without_signals")]
@@ -281,7 +278,6 @@ def facts(figures, record):
     targets = ", ".join(name_of(p) for p in PROCESSORS).replace("M0", "Cortex-M0", 1)
     rows = [
         ["instructions of a tick, cheapest to worst", f"float32 {span(m4f, 'f32')}, Q31 {span(m4f, 'q31')}; Q31 on RV32IMC {span(figures['rv32imc'], 'q31')}"],
-        ["the same with the paper's method, worst", f"float32 {worst('cortex-m4f', 'f32')}, Q31 {worst('cortex-m4f', 'q31')}; Q31 on M0+ {worst('cortex-m0plus', 'q31')}"],
         ["RAM and flash of the C below, float32", f"{number(m4f['f32.ram.readme'])} bytes an axis, {number(m4f['f32.flash.readme'])} bytes with set-up; stack of a tick {number(m4f['f32.stack.feedforward'])} bytes"],
         ["flash with params made on the host, float32 / Q31", f"{both('flash.fed')} bytes; with the paper's method alone {both('flash.step')} bytes"],
         ["u over the benchmark against double, float32 / Q31", f"within {exact('force_loop.u')} N; the same bits on every target"],

@@ -6,6 +6,7 @@ import os
 import pathlib
 import re
 import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -26,6 +27,13 @@ def as_csv(run):
     """The trace as tribo-sim writes it: nine digits are all of a float."""
     rows = zip(*(column.astype(float) for column in run.values()))
     return ",".join(run) + "\n" + "".join(",".join(f"{value:.9g}" for value in row) + "\n" for row in rows)
+
+
+def test_the_readme_runs_as_it_stands(tmp_path):
+    block = re.search(r"```python\n(.*?)```", (pathlib.Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8"), re.DOTALL).group(1)
+    said = subprocess.run([sys.executable, "-c", block], cwd=tmp_path, check=True, capture_output=True, text=True).stdout.splitlines()
+    assert 0.9e-4 < float(said[0]) < 1.15e-4 and said[1].endswith(" sound")
+    assert (tmp_path / "run.png").stat().st_size > 10_000
 
 
 def test_the_defaults_lack_what_the_page_says():

@@ -232,27 +232,35 @@ static bool add_tail(signals_t                           *sum,
     return decayed;
 }
 
-/// Adds bounds on the L1 norms of the responses to the impulses `e` and `s`, one of which is 0. False if a response does
-/// not decay.
-static bool add_response(signals_t                           *peaks,
-                         const tribo_controller_f32_params_t *f32,
-                         double                               e,
-                         double                               s,
-                         const tribo_controller_f32_config_t *config)
+/// Adds bounds on the L1 norms of the responses to an impulse `e` and to an impulse `s`. False if one does not decay.
+static bool add_responses(signals_t                           *peaks,
+                          const tribo_controller_f32_params_t *f32,
+                          double                               e,
+                          double                               s,
+                          const tribo_controller_f32_config_t *config)
 {
     const uint32_t count   = signals(f32);
-    signals_t      sum     = {.at = {0.0}};
-    row_t          x       = {.at = {0.0}};
-    bool           decayed = false;
-    for (uint32_t i = 0; i < BLOCKS && !decayed; i++)
+    bool           bounded = true;
+    for (uint32_t of_s = 0; of_s < 2u; of_s++)
     {
-        const signals_t block = sum_block(f32, &x, i == 0u ? e : 0.0, i == 0u ? s : 0.0, config);
-        decayed               = add_block(&sum, &block, count);
-    }
-    const bool bounded = decayed || add_tail(&sum, f32, &x, config);
-    for (uint32_t j = 0; j < count; j++)
-    {
-        peaks->at[j] += MARGIN * sum.at[j];
+        signals_t sum       = {.at = {0.0}};
+        row_t     x         = {.at = {0.0}};
+        double    impulse[] = {of_s != 0u ? 0.0 : e, of_s != 0u ? s : 0.0};
+        bool      decayed   = false;
+        for (uint32_t i = 0; i < BLOCKS && !decayed; i++)
+        {
+            const signals_t block = sum_block(f32, &x, impulse[0], impulse[1], config);
+            decayed               = add_block(&sum, &block, count);
+            impulse[0] = impulse[1] = 0.0;
+        }
+        if (!decayed && !add_tail(&sum, f32, &x, config))
+        {
+            bounded = false;
+        }
+        for (uint32_t j = 0; j < count; j++)
+        {
+            peaks->at[j] += MARGIN * sum.at[j];
+        }
     }
     return bounded;
 }
@@ -398,8 +406,7 @@ tribo_status_t tribo_headroom_q31_quantize(tribo_biquad_q31_params_t           *
     for (uint32_t i = 0; i < 2u && status == TRIBO_OK; i++)
     {
         peaks = (signals_t){.at = {0.0}};
-        if (!add_response(&peaks, f32, (double)e_peak, 0.0, config) ||
-            !add_response(&peaks, f32, 0.0, (double)s_peak, config) ||
+        if (!add_responses(&peaks, f32, (double)e_peak, (double)s_peak, config) ||
             quantize_sections(out, &f32->cascade, &peaks, e_peak) != TRIBO_OK)
         {
             return TRIBO_ERR_HEADROOM;
