@@ -1,6 +1,7 @@
 """tribo-design: the command line. Nothing but the standard library until a command runs: --help starts at once, a build makes the manual page."""
 
 import argparse
+import importlib
 
 from tribo_plot.version import add_option
 
@@ -55,26 +56,11 @@ def _add(commands, name, text, **more):
     return commands.add_parser(name, help=text.replace("%", "%%"), description=text, **more)
 
 
+RUNS = {"synthesize": "commands.synthesize", "import": "commands.import_controller", "identify-plant": "identify.command", "compare": "compare.command",
+        "tune": "tuning.command", "check": "check.command"}  # imported only for a command that runs
+
+
 def _run(argv):
     options = _parser().parse_args(argv)
-    if options.command == "synthesize":
-        from . import commands
-
-        return commands.synthesize(options)
-    if options.command == "import":
-        from . import commands
-
-        return commands.import_controller(options)
-    if options.command == "compare":
-        from . import compare
-
-        return compare.command(options)
-    if options.command == "identify-plant":
-        from . import identify
-
-        return identify.command(options)
-    if options.command == "tune":
-        return tuning.command(options)
-    from . import check
-
-    return check.command(options)
+    module, function = RUNS[options.command].split(".")
+    return getattr(importlib.import_module(f".{module}", __package__), function)(options)

@@ -1,6 +1,7 @@
 """The command line of tribo-identify. It imports only the standard library until a command runs, so that --help starts at once and a build can make the manual page."""
 
 import argparse
+import importlib
 
 from tribo_design.options import add_columns, add_number
 from tribo_design.errors import run_command
@@ -82,20 +83,10 @@ def _add_logs(command):
     add_columns(command)
 
 
+RUNS = {"plan": "plan.command", "friction": "command_friction.run", "actuator": "actuator.command", "accept": "accept.command"}  # imported only for a command that runs
+
+
 def _run(argv):
     options = _parser().parse_args(argv)
-    if options.command == "plan":
-        from . import plan
-
-        return plan.command(options)
-    if options.command == "accept":
-        from . import accept
-
-        return accept.command(options)
-    if options.command == "actuator":
-        from . import actuator
-
-        return actuator.command(options)
-    from . import command_friction
-
-    return command_friction.run(options)
+    module, function = RUNS[options.command].split(".")
+    return getattr(importlib.import_module(f".{module}", __package__), function)(options)
