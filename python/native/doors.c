@@ -96,9 +96,8 @@ native_axis_t *native_axis_new(bool            q31,
     axis->full_scale_n                                           = (double)numbers[16];
     const tribo_status_t status =
         q31 ? tribo_axis_q31_init(&axis->fixed, &config, numbers[16]) : tribo_axis_f32_init(&axis->f32, &config);
-    if (status != TRIBO_OK)
+    if (!native_accepted(status, error))
     {
-        native_error_status(error, status);
         free(axis);
         return NULL;
     }
@@ -131,11 +130,7 @@ bool native_axis_change(native_axis_t  *axis,
     tribo_biquad_f32_section_t    own[TRIBO_BIQUAD_SECTIONS_MAX] = {{0}};
     const tribo_axis_f32_config_t config                         = config_of(numbers, kind, sections, count, own);
     const tribo_status_t          status                         = change(axis, &config);
-    if (status != TRIBO_OK)
-    {
-        native_error_status(error, status);
-    }
-    return status == TRIBO_OK;
+    return native_accepted(status, error);
 }
 
 void native_axis_delete(native_axis_t *axis)
@@ -268,11 +263,7 @@ bool native_axis_import(native_axis_t *axis, const void *bytes, size_t size, nat
         memcpy(&f32, bytes, sizeof f32);
         status = tribo_axis_f32_import(&axis->f32, &f32);
     }
-    if (status != TRIBO_OK)
-    {
-        native_error_status(error, status);
-    }
-    return status == TRIBO_OK;
+    return native_accepted(status, error);
 }
 
 // --- joint -----------------------------------------------------------------------------------------------------------------------
@@ -304,9 +295,8 @@ native_joint_t *native_joint_new(bool q31, const float numbers[7], native_error_
     joint->effort_max                 = (double)numbers[1];
     const tribo_status_t status =
         q31 ? tribo_joint_q31_init(&joint->fixed, &config) : tribo_joint_f32_init(&joint->f32, &config);
-    if (status != TRIBO_OK)
+    if (!native_accepted(status, error))
     {
-        native_error_status(error, status);
         free(joint);
         return NULL;
     }
@@ -360,11 +350,7 @@ bool native_joint_gain(native_joint_t *joint, double gain, native_error_t *error
 {
     const tribo_status_t status =
         joint->q31 ? tribo_joint_q31_gain(&joint->fixed, (float)gain) : tribo_joint_f32_gain(&joint->f32, (float)gain);
-    if (status != TRIBO_OK)
-    {
-        native_error_status(error, status);
-    }
-    return status == TRIBO_OK;
+    return native_accepted(status, error);
 }
 
 void native_joint_restore(native_joint_t *joint)

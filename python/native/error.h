@@ -8,6 +8,8 @@
 #include "tribo/status.h"
 
 void native_error_say(native_error_t *error, const char *key, const char *text);
-void native_error_status(native_error_t *error, tribo_status_t status);
+
+/// Returns true if the library refuses nothing, otherwise fills in its refusal.
+bool native_accepted(tribo_status_t status, native_error_t *error);
 
 #endif

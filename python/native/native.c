@@ -50,10 +50,14 @@ void native_error_say(native_error_t *error, const char *key, const char *text)
     (void)snprintf(error->text, sizeof error->text, "%s", text);
 }
 
-void native_error_status(native_error_t *error, tribo_status_t status)
+bool native_accepted(tribo_status_t status, native_error_t *error)
 {
-    native_error_say(error, common_loop_key_of(status), tribo_status_text(status));
-    error->status = (int)status;
+    if (status != TRIBO_OK)
+    {
+        native_error_say(error, common_loop_key_of(status), tribo_status_text(status));
+        error->status = (int)status;
+    }
+    return status == TRIBO_OK;
 }
 
 unsigned native_quantise(const float    *sections,
@@ -85,9 +89,8 @@ unsigned native_quantise(const float    *sections,
     tribo_status_t       status = tribo_controller_f32_init(&f32, &config);
     status = status == TRIBO_OK ? tribo_controller_q31_init(&q31, &config, full_scale_n, &headroom) : status;
     native_leave(&scope);
-    if (status != TRIBO_OK)
+    if (!native_accepted(status, error))
     {
-        native_error_status(error, status);
         return 0;
     }
     *conditioning = (double)f32.anti_windup * through;
@@ -141,9 +144,8 @@ bool native_tune(const float rig[12], float tuned[10], native_error_t *error)
                                              .sample_time_s           = rig[11]});
     }
     native_leave(&scope);
-    if (status != TRIBO_OK)
+    if (!native_accepted(status, error))
     {
-        native_error_status(error, status);
         return false;
     }
     const tribo_feedforward_f32_config_t fed     = known.feedforward;

@@ -74,9 +74,8 @@ native_part_t *native_part_new(const char *kind, const native_scenario_t *scenar
     }
     part->loop.full_scale_n     = keys->limits.full_scale_n;
     const tribo_status_t status = start(part);
-    if (status != TRIBO_OK)
+    if (!native_accepted(status, error))
     {
-        native_error_status(error, status);
         free(part);
         return NULL;
     }
