@@ -5,6 +5,7 @@
 #define STM32F405_RIG_CONFIG_H
 
 #include "app/params.h"
+#include "port/ceilings.h"
 #include "wiring.h"
 
 #ifndef STAGE_BRIDGE // 1: the board is the bridge (stage.h)
@@ -64,38 +65,10 @@ __attribute__((weak)) const drive_config_t rig_config = {
 /// The widest ranges that this board allows, over the bus or from the store. A check whose range does not contain 0 cannot
 /// be turned off. Change the ranges with the rig's motor, driver and sensor.
 static const params_ceiling_t rig_ceilings[] = {
-    {PARAMS_INPUT_MAX, 1e-6f, 2.0f},
-    {PARAMS_U_MIN, -2.0f, 0.0f},
-    {PARAMS_U_MAX, 0.0f, 2.0f},
-    {DRIVE_CONFIG_late_us, 0.0f, 100.0f},
-    {DRIVE_CONFIG_budget_us, 1.0f, 500.0f},
-    {DRIVE_CONFIG_stuck_ticks, 1.0f, 1000.0f},
-    {DRIVE_CONFIG_residual_n, 1e-6f, 0.5f},
-    {DRIVE_CONFIG_residual_ms, 1.0f, 200.0f},
-    {DRIVE_CONFIG_residual_slope, 0.0f, 1.0f},
-    {DRIVE_CONFIG_tracking_n, 1e-6f, 1.0f},
-    {DRIVE_CONFIG_tracking_ms, 1.0f, 5000.0f},
-    {DRIVE_CONFIG_debounce_n, 1.0f, 3.0f},
-    {DRIVE_CONFIG_command_limit_ms, 1.0f, 5000.0f},
-    {DRIVE_CONFIG_swing_ms, 1.0f, 2000.0f},
-    {DRIVE_CONFIG_tare_max_n, 0.0f, 0.5f},
-    {DRIVE_CONFIG_current_max_a, 1e-6f, 2.0f},
-    {DRIVE_CONFIG_command_n_per_a, 1e-6f, 1.0f},
-    // The residual's model: if it were slower than the rig, or had another weight, it would expect whatever a broken sensor
-    // shows.
-    {DRIVE_CONFIG_actuator_pole_rad_per_s, 100.0f, 1e6f},
-    {DRIVE_CONFIG_sensor_pole_rad_per_s, 27.5f, 1e6f},
-    {PARAMS_INERTIA, 1e-12f, 2.4e-4f},
-    {PARAMS_DAMPING, 0.0f, 0.0576f},
-    {PARAMS_STIFFNESS, 1.92f, 1e12f},
-    {PARAMS_GRAVITY, -0.1f, 0.1f},
+    PORT_RIG_CEILINGS
     // A newton must not become more at the motor, or much more at the sensor. No current stays no current to within 0.04 N.
     {DRIVE_CONFIG_command_n_per_unit, STAGE_BRIDGE ? 1.0f : 2.0f / 2048.0f, 1.0f},
     {DRIVE_CONFIG_command_zero_units, STAGE_BRIDGE ? -0.04f : 2007.0f, STAGE_BRIDGE ? 0.04f : 2089.0f},
-    {DRIVE_CONFIG_sensor_n_per_unit, 0.8f * 2.0f / 1638.4f, 1.0f},
-    {DRIVE_CONFIG_sensor_zero_units, 2048.0f - 410.0f, 2048.0f + 410.0f}, // 0.5 N, for any number of saved tares
-    {DRIVE_CONFIG_reference_ms, 1.0f, 5000.0f},
-    {DRIVE_CONFIG_reference_ramp_n_per_s, 0.0f, 0.0f}, // a slow ramp without a host is as good as no fault
 #if STAGE_BRIDGE
     {DRIVE_CONFIG_ready_ms, 20.0f, 500.0f},
     {DRIVE_CONFIG_over_current_a, 1e-3f, 3.0f},
