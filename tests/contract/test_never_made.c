@@ -9,7 +9,7 @@
 
 #include <string.h>
 
-static const double inputs[] = {0.0, 1e-9, 0.5, -0.5, 1e9, -1e9, NAN};
+static const double inputs[] = {0.0, 1e-9, 0.5, -0.5, 1e9, -1e9, (double)NAN};
 
 #define INPUTS (sizeof inputs / sizeof inputs[0])
 
