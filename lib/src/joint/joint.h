@@ -25,8 +25,13 @@ static force_t size_of(force_t x)
 static int8_t push(way_t *slack, way_t moved, way_t half)
 {
     const way_t wanted = way_plus(*slack, moved);
-    *slack             = way_within(wanted, half);
-    return sign_of(wanted - *slack);
+    if (!way_beyond(wanted, half))
+    {
+        *slack = wanted;
+        return 0;
+    }
+    *slack = wanted > 0 ? half : -half;
+    return wanted > 0 ? 1 : -1;
 }
 
 /// Latches a cause, unless one is latched already.
@@ -101,9 +106,10 @@ static long_t overshoot(const joint_t *x)
 /// peak speed, and more than an overshoot.
 static void guard(joint_t *x, way_t intended, way_t measured, way_t off)
 {
-    const way_t ahead = x->sign > 0 ? way_plus(measured, -intended) : way_plus(intended, -measured);
-    const way_t sum   = way_plus(x->astray, ahead);
-    x->astray         = sign_of(off) == -x->sign && sum > 0 ? sum : 0;
+    const way_t ahead    = x->sign > 0 ? way_plus(measured, -intended) : way_plus(intended, -measured);
+    const way_t sum      = way_plus(x->astray, ahead);
+    const bool  is_ahead = x->sign > 0 ? off < 0 : x->sign < 0 && off > 0;
+    x->astray            = is_ahead && sum > 0 ? sum : 0;
     if (x->astray > JOINT_ASTRAY * x->params.half &&
         x->astray > JOINT_AHEAD * (long_t)x->slide.knee * (way_t)x->params.rest_ticks && x->astray > overshoot(x))
     {
@@ -235,14 +241,14 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
     }
     if (x->still == 0u)
     {
-        slide->asked[x->intended > 0] += intended < 0 ? -intended : intended;
+        slide->asked[x->intended > 0] += way_size(intended);
     }
     if (slide->ticks == JOINT_TICKS_MAX || is_too_long(slide->travel))
     {
         slide->ticks = JOINT_TICKS_MAX;
         return;
     }
-    const way_t  speed = slide->moved < 0 ? -slide->moved : slide->moved;
+    const way_t  speed = way_size(slide->moved);
     const long_t work  = work_of(slide->effort, slide->moved);
     slide->ticks++;
     slide->follows = slide->follows != 0u || off != 0 ? 1u : 0u;

@@ -42,9 +42,9 @@ static inline way_t way_plus(way_t a, way_t b)
     return a + b;
 }
 
-static inline way_t way_within(way_t x, way_t half)
+static inline way_t way_size(way_t x)
 {
-    return limit_f32(x, -half, half);
+    return magnitude(x);
 }
 
 static inline bool way_beyond(way_t x, way_t most)

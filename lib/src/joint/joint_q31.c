@@ -50,9 +50,9 @@ static inline way_t way_plus(way_t a, way_t b)
     return plus(a, b);
 }
 
-static inline way_t way_within(way_t x, way_t half)
+static inline way_t way_size(way_t x)
 {
-    return limit_q31(x, -half, half);
+    return x < 0 ? -x : x;
 }
 
 static inline bool way_beyond(way_t x, way_t most)
