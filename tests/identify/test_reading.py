@@ -7,6 +7,17 @@ import sys
 import pytest
 import synthetic
 
+from tribo_identify.cli import main
+
+
+@pytest.mark.parametrize("head, times, code, why", [
+    ("t_s,F_N,x", 1.0, 2, "log.csv:1:1: no column is named u_N; there are t_s, F_N, x"), ("t_s,u_N,F_N", 1e28, 3, "units: u changes by 1e+28 N in all; 1e-06 to 1e+06 N are expected"),
+    ("t_s,u_N,F_N", 1e-28, 3, "units: u changes by 1e-28 N in all"), ("t_s,F_N,u_N", 1e-9, 3, "units: F changes by 1e-09 N in all; 1e-06 to 1e+06 N are expected: name its unit (--unit F=mN) or")])
+def test_a_log_without_u_or_of_other_sizes_is_refused_for_that(tmp_path, capsys, head, times, code, why):
+    (tmp_path / "log.csv").write_text(f"{head}\n" + "".join(f"{k / 1000},{times * (k % 1001) / 1000},{k % 501 / 1000}\n" for k in range(4000)))
+    assert main(["friction", str(tmp_path / "log.csv"), "--out", str(tmp_path / "out")]) == code
+    assert why in capsys.readouterr().err and not (tmp_path / "out").exists()
+
 
 @pytest.mark.parametrize("locale", ["C", "C.UTF-8", "de_DE.ISO-8859-1"])
 def test_names_are_bytes_of_utf_8_whatever_the_locale(locale, tmp_path):

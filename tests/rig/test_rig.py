@@ -238,6 +238,7 @@ WRONG = {
     "command": (RIG + "command_per_N: 0\n", "rig.yaml:3: command_per_N: value 0: must not be 0"),
     "arithmetic": (RIG + "arithmetic: q15\n", "rig.yaml:3: arithmetic: value 'q15': must be one of 'f32' or 'q31'"),
     "role": (RIG + "log: {columns: {z: a}}\n", "rig.yaml:3: log.columns.z"),
+    "no name": (RIG + "log: {columns: {F: ''}}\n", "rig.yaml:3: log.columns.F"),
     "yaml": (RIG + "log: {\n", "not YAML"),
     "twice": (RIG + "sample_time_s: 1.0e-3\n", "rig.yaml:3: sample_time_s: is given twice"),
 }
@@ -254,6 +255,14 @@ def test_a_wrong_field_is_named(case, tmp_path):
     code, out = way.call(tmp_path / "rig")
     assert code == 2 and said in out, out
     assert [p.name for p in (tmp_path / "rig").iterdir()] == ["rig.yaml"]
+
+
+def test_a_folder_that_is_none_is_refused(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("mine")
+    for words in ([""], ["file"], ["file", "--joint"]):
+        assert cli.main(words) == 2 and f"FOLDER: value {words[0]!r}: must be a folder" in capsys.readouterr().err
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("file", "mine")]
 
 
 def ramp_of(truth):
@@ -364,7 +373,8 @@ def test_a_force_in_mN_is_read_as_advised(ramp, tmp_path):
 
 @pytest.mark.parametrize("option, key", [("(--unit F=mN, or", "(log.units: {F: mN}, or"), ("--unit u=mN", "log.units: {F: kN}"), ("--scale u=8e+02 makes", "log.scales: {F: 0.0013} makes"), ("--unit F=N m --scale F=NEWTON", "log.units: {F: N m} log.scales: {F: NEWTON}"),
                                          ("(--scale u=- or --scale F=-)", "(command_per_N with the other sign or log.scales: {F: -1})"), ("--scale F=-0.5)", "log.scales: {F: -0.5})"),
-                                         ("(--resample=0.001)", "(log.resample: yes)"), ("(--column F=...)", "(log.columns: {F: ...})")])
+                                         ("(--resample=0.001)", "(log.resample: yes)"), ("(--column F=...)", "(log.columns: {F: ...})"),
+                                         ("--scale F=-1: log.csv", "log.scales: {F: -1}: log.csv"), ("--unit F=...: is not", "log.units: {F: ...}: is not")])
 def test_advice_names_what_the_rigs_file_has(option, key):
     assert cli.in_yaml(option) == key
 

@@ -72,6 +72,7 @@ Number = Annotated[float, BeforeValidator(_number)]
 Coefficient = Annotated[float, BeforeValidator(_coefficient)]
 Root = Annotated[complex, BeforeValidator(_root)]
 Positive = Annotated[Number, Field(gt=0, le=GAIN_MAX)]
+Filled = Annotated[str, Field(min_length=1)]
 
 
 class Strict(BaseModel):

@@ -55,7 +55,7 @@ def read_step(options):
     """The log of a step by the reader of all logs. Unless --column says otherwise its names are those of the tools, or t_s, u_n and y_n."""
     from tribo_identify import logs
 
-    words = logs.arguments_of(options)
+    words = logs.arguments_of(options, needs_u=False)
     log = logs.read([options.step], words)
     if options.column or log.segments[0].force is not None:
         return log

@@ -156,6 +156,7 @@ def falls_where_u_rises(log):
 
 INTERVALS = (1e-6, 0.1)  # s, that the library accepts
 TOTAL_S = 1.0  # least length of a log
+FORCES_N = (1e-6, 1e6)  # by which u and F may change in all; the library takes no others
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 LONGER = {"--unit t=min": 60.0, "--scale t=3600": 3600.0, "--scale t=86400": 86400.0}
 
@@ -231,6 +232,9 @@ def check(log):
         raise Refusal("silent", f"u does not change; it is {u[0]:.4g} N throughout: this log has no experiment, or u is in another column")
     if span == 0:
         raise Refusal("silent", f"the force sensor is silent: F is {force[0]:.4g} N throughout")
+    for name, changes in (("u", span_u), ("F", span)):
+        if not FORCES_N[0] <= changes <= FORCES_N[1]:
+            raise Refusal("units", f"units: {name} changes by {changes:.3g} N in all; {FORCES_N[0]:g} to {FORCES_N[1]:g} N are expected: name its unit (--unit {name}=mN) or a factor (--scale {name}=X)")
     if np.max(np.abs(u - force)) < 1e-5 * span:
         raise Refusal("silent", "F is u, row for row: it is the same column; name the column of the measured force (--column F=...)")
     rows.check_jumps(log)

@@ -37,8 +37,8 @@ class Log:
         return sum(len(s.t) for s in self.segments)
 
 
-def arguments_of(options):
-    words = []
+def arguments_of(options, needs_u=True):
+    words = ["--column", "u=u_N"] if needs_u and not any(value.startswith("u=") for value in options.column) else []
     for name in OPTIONS:
         for value in getattr(options, name):
             words += [f"--{name}", os.fsencode(value).decode("utf-8", "surrogateescape")]  # as typed, in every locale

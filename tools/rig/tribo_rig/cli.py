@@ -32,7 +32,7 @@ WORDS = (
     (r"--scale u=([\d.e+-]+) makes", lambda found: f"log.scales: {{F: {1 / float(found[1]):.2g}}} makes"),
     (r"--scale u=-(?![\d.])", r"command_per_N with the other sign"),
     (r"--scale (\w)=-(?![\d.])", r"log.scales: {\1: -1}"),
-    (r"--(unit|scale|column) (\w)=(m?N m|[^\s,;)]+)", r"log.\1s: {\2: \3}"),
+    (r"--(unit|scale|column) (\w)=(m?N m|[^\s,;)]*[^\s,;):])", r"log.\1s: {\2: \3}"),
     (r"--resample(=[\d.]+)?", r"log.resample: yes"),
 )
 
@@ -69,6 +69,8 @@ def _run(argv):
     from . import rig as rigs
 
     path = folder / "rig.yaml"
+    if not options.folder or is_there(folder) and not folder.is_dir():
+        raise InputError(f"FOLDER: value {options.folder!r}: must be a folder, or a name that does not exist")
     if options.joint and is_there(path):
         raise InputError(f"{path}: this folder belongs to a force axis; a joint needs its own folder")
     if options.joint or is_there(folder / "joint.yaml") and not is_there(path):

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Optional
 import numpy as np
 from pydantic import Field
 
-from tribo_design.config import Number, Positive, Strict, load_yaml, validate
+from tribo_design.config import Filled, Number, Positive, Strict, load_yaml, validate
 from tribo_design.errors import InputError
 from tribo_design.output import check_replaceable, write_directory, yaml_text
 from tribo_design.reading import read_text
@@ -25,8 +25,8 @@ PLAY = ("Swing the joint under your own position loop, at working load, and reco
 class Log(Strict):
     """How to read a log, like --column, --unit and --scale of tribo-sim log."""
 
-    columns: dict[Literal["t", "u", "q"], str] = {}
-    units: dict[Literal["t"], str] = {}
+    columns: dict[Literal["t", "u", "q"], Filled] = {}
+    units: dict[Literal["t"], Filled] = {}
     scales: dict[Literal["t", "u", "q"], Number] = {}
     resample: bool = False
 

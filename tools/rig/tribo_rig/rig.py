@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Optional
 
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
-from tribo_design.config import Number, Positive, Strict, load_yaml, validate
+from tribo_design.config import Filled, Number, Positive, Strict, load_yaml, validate
 from tribo_design.errors import check_number
 from tribo_design.reading import read_text
 
@@ -40,8 +40,8 @@ class Task(Force):
 class Log(Strict):
     """How to read a log, like --column, --unit and --scale of tribo-identify."""
 
-    columns: dict[Literal["t", "u", "F"], str] = {}
-    units: dict[Literal["t", "F"], str] = {}
+    columns: dict[Literal["t", "u", "F"], Filled] = {}
+    units: dict[Literal["t", "F"], Filled] = {}
     scales: dict[Literal["t", "u", "F"], Meant] = {}
     resample: bool = False
 
