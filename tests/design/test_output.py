@@ -401,6 +401,11 @@ def test_an_output_that_is_replaced_keeps_its_modes(earlier):
     assert all((earlier / name).read_bytes() == b"new" for name in FILES) and list(earlier.parent.iterdir()) == [earlier]
 
 
+def test_an_empty_name_is_no_output(run):
+    code, _, err = run("synthesize", PAPER, "--out", "", "--no-plots")
+    assert code == 2 and "--out: is empty" in err
+
+
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
 @pytest.mark.parametrize("number", [1, 2])
 def test_an_output_stays_if_it_cannot_be_replaced(earlier, monkeypatch, error, number):

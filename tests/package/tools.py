@@ -8,6 +8,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 
 ROOT = pathlib.Path(sys.argv[1])
 DIRECTLY = 8  # programs in tools itself
@@ -35,6 +36,22 @@ for program in programs:
     called = INSTALLED_AS.get(program.name, program.name)
     assert say(program, "--version") == f"{called if called.startswith('tribo-') else program.relative_to(ROOT)} {VERSION}\n", program
     assert len(say(program, "--help")) > 100, program
+
+# What does not fit is refused at once, before anything is installed, built or written.
+WRONG = {
+    ("tools/demo", "x"): "takes no arguments", ("tools/setup",): "usage: tools/setup check", ("tools/setup", "fly"): "usage: tools/setup check",
+    ("tools/setup", "check", "x"): "'x' is one argument too many", ("tools/setup", "package"): "at least one NAME is expected", ("tools/setup", "package", ""): "package '': a name of",
+    ("tools/setup", "package", "-y"): "package '-y': a name of", ("tools/setup-design", "x"): "no option 'x'", ("tools/setup-design", "--guard", "x"): "'x' is one argument too many",
+    ("tools/check", "x"): "no part 'x'", ("tools/dev/deb", "x"): "usage: tools/dev/deb", ("tools/dev/deb", "amd64", "x"): "'x' is one argument too many",
+    ("tools/dev/bench", "x"): "no option 'x'", ("tools/dev/bench", "--update", "x"): "'x' is one argument too many", ("tools/dev/wheel", "a", "b"): "'b' is one argument too many",
+    ("tools/dev/packages", ""): "is empty", ("tools/dev/packages", "/dev/null"): "cannot be written", ("tools/dev/packages", "out", "x"): "no kind 'x'",
+    ("tools/dev/reference", ""): "is empty", ("tools/dev/reference", "/dev/null/x"): "/dev/null/x: cannot be made: Not a directory",
+    ("tools/dev/playground", "--build", ""): "is empty", ("tools/dev/playground", "--build", "/dev/null/x"): "/dev/null/x: cannot be written", ("tools/dev/playground", "--port", "x"): "invalid int value"}
+with tempfile.TemporaryDirectory() as folder:
+    for (program, *words), said in WRONG.items():
+        done = subprocess.run([ROOT / program, *words], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False, timeout=60)
+        assert done.returncode != 0 and said in done.stderr and "Traceback" not in done.stderr, (program, words, done)
+        assert not os.listdir(folder), (program, words)
 
 released = re.findall(r"^## (\d\S*) - \d{4}-\d\d-\d\d$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.M)
 assert released[0] == VERSION, released

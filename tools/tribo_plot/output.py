@@ -1,5 +1,6 @@
 """Result files that are whole or as they were, and standard output that is whole or an error. Only the standard library, for every tool in Python."""
 
+import argparse
 import contextlib
 import errno
 import os
@@ -13,6 +14,13 @@ from pathlib import Path
 
 class PlaceError(OSError):
     """A result cannot go where it shall. The text names the place and the reason."""
+
+
+def named(text):
+    """A folder's name for argparse. An empty one would be the folder at hand."""
+    if not text:
+        raise argparse.ArgumentTypeError("is empty: a name is expected")
+    return Path(text)
 
 
 def is_protected(info):

@@ -32,6 +32,8 @@ def _is_named(file, names):
 def check_replaceable(out, names=DESIGN):
     """Only an empty directory or an earlier output may be replaced: one that has nothing but files of these names, and of
     those without a wildcard all, and that nobody has made read-only."""
+    if not os.fspath(out):
+        raise InputError("--out: is empty: the name of a directory is expected")
     out = Path(out)
     if out.exists() and not out.is_dir():
         raise InputError(f"--out {out}: exists and is not a directory")
