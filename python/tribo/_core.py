@@ -107,6 +107,8 @@ def new_error() -> Any:
 def full_key(name: str, groups: Sequence[str] = (), within: Sequence[str] = ("",), is_group: bool = False) -> str:
     """The key that a keyword means: itself, one in the groups, or the only one that ends with it. `within` lists the beginnings of a part's keys; a loop
     has no keys of the plant. A group's name means a key of that name (`compensator.sensor`) unless its value `is_group`: YAML in braces, or a mapping."""
+    if not isinstance(name, str):
+        raise ScenarioError(f"{name!r}: the name of a key is expected")
     if "." in name:
         return name
     for key in (name, *(group + name for group in groups)):

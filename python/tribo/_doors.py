@@ -136,6 +136,8 @@ class Axis:
     ) -> None:
         given = locals()
         self._keywords: dict[str, Any] = {name: x for name, x in given.items() if name not in ("self", "arith")}
+        if arith == "f32" and full_scale_N and not 1e-3 <= full_scale_N <= 1e6:  # of Q31, which then checks it
+            raise ValueError(f"full_scale_N={full_scale_N:g}: must be 0.001 to 1e6 N")
         self._keywords["full_scale_N"] = full_scale_N or _full_scale_N(self._keywords)
         error = new_error()
         made = lib.native_axis_new(_arithmetic(arith), *_config(self._keywords), error)

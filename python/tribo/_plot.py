@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[Any]
 
 _SMALL_N = 0.1  # smaller errors are shown in mN
+_MAX = 1e30  # what a picture can show, as of a CSV file
 _START = 0.02  # fraction of a picture that may leave the axis: the start would flatten the rest
 
 
@@ -55,6 +56,8 @@ def _charts(columns: Mapping[str, Array]) -> list[_Chart]:
     for name, values in arrays.items():
         if values.shape != (count,) or count == 0:
             raise ValueError(f"{name}: {values.shape} values; a picture needs as many as t_s has, {count}, and at least one")
+        if np.any(np.abs(values) > _MAX) or (name == "t_s" and np.any(np.isnan(values))):
+            raise ValueError(f"{name}: {values[np.argmax(~(np.abs(values) <= _MAX))]:g} is outside -{_MAX:g} to {_MAX:g}")
     return kind[1](arrays)
 
 

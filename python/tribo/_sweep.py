@@ -363,6 +363,8 @@ def _blocks(study: Study, shard: tuple[int, int] | None) -> list[range]:
 
 
 def _check(workers: int | None, shard: tuple[int, int] | None, executor: Any, out: Any) -> None:
+    if out is not None and not os.fspath(out):
+        raise ValueError("out: is empty: the name of a folder is expected")
     if shard is not None and not (1 <= shard[0] <= shard[1] <= SHARDS_MAX):
         raise ValueError(f"shard {shard[0]}/{shard[1]}: i of n is expected, with i from 1 to n, at most {SHARDS_MAX}")
     if shard is not None and out is None:
@@ -434,6 +436,8 @@ def sweep(study: Study | str | os.PathLike[str] | Mapping[str, Any], out: str | 
             return whole if rows is None else whole[whole["row"].isin(rows)].reset_index(drop=True)
     except SweepError:
         raise
+    except FileExistsError as error:
+        raise SweepError(f"{error.filename}: is not a folder") from None
     except OSError as error:
         raise SweepError(f"{error.filename or out}: {error.strerror or error}") from None
 

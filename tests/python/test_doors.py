@@ -268,6 +268,13 @@ def test_the_default_full_scale_is_that_of_the_limits_where_they_are_the_largest
     assert [tribo.Axis(**RIG, kp=1.0, ki_per_s=1.0, arith=arith)._keywords["full_scale_N"] for arith in ("f32", "q31")] == [4.0 * max(-RIG["u_min_N"], RIG["u_max_N"])] * 2
 
 
+@pytest.mark.parametrize("arith, error", [("f32", ValueError), ("q31", tribo.StatusError)])
+@pytest.mark.parametrize("full_scale_N", [float("nan"), 1e-4, 1e30])
+def test_a_full_scale_is_checked_also_where_it_has_no_effect(arith, error, full_scale_N):
+    with pytest.raises(error, match="full_scale"):
+        tribo.Axis(**RIG, kp=1.0, ki_per_s=1.0, arith=arith, full_scale_N=full_scale_N)
+
+
 def test_a_refusal_by_the_default_full_scale_names_it():
     with pytest.raises(tribo.StatusError, match="full_scale_N was left out and is 0.001: give one that suits, or arith='f32'"):
         tribo.Axis(**(RIG | {"u_min_N": -1e-6, "u_max_N": 1e-6, "offset_N": 1e-6}), kp=1.0, ki_per_s=1.0, arith="q31")

@@ -68,7 +68,8 @@ def test_a_joint_has_position_error_and_effort():
 @pytest.mark.parametrize("call, words", [
     (lambda: tribo.Record(t_s=T_S, q=T_S).plot(), "q_ref, q and u. It has t_s, q"), (lambda: tribo.Record().plot(), "It has none"),
     (lambda: joint().plot(names=("a", "b")), "2 names for 1 runs"), (lambda: joint().plot(tribo.run("triangle", {"metrics.start_s": 0}, duration_s=1)), "both a force and a position"),
-    (lambda: tribo.Record(joint() | {"u": T_S[:5]}).plot(), r"u: \(5,\) values"), (lambda: tribo.Record(t_s=[], q_ref=[], q=[], u=[]).plot(), "at least one")])  # fmt: skip
+    (lambda: tribo.Record(joint() | {"u": T_S[:5]}).plot(), r"u: \(5,\) values"), (lambda: tribo.Record(joint() | {"u": [1e308] * len(T_S)}).plot(), r"u: 1e\+308 is outside -1e\+30 to 1e\+30"), (lambda: tribo.Record(joint() | {"t_s": [np.nan] * len(T_S)}).plot(), "t_s: nan is outside"),
+    (lambda: tribo.Record(t_s=[], q_ref=[], q=[], u=[]).plot(), "at least one")])  # fmt: skip
 def test_what_cannot_be_drawn_says_why(call, words):
     with pytest.raises(ValueError, match=words):
         call()

@@ -108,6 +108,7 @@ def test_a_group_is_a_mapping():
     ({"gain": 3}, "compensator.gain", "compensator.gain: 3 is outside 0 to 2"),
     ({"compensator.gian": 1}, "compensator.gian", "did you mean compensator.gain?"),
     ({"nonsense": 1}, "nonsense", "unknown key nonsense"),
+    ({5: 1}, None, "5: the name of a key is expected"),
     ({"compensator": {"gain": 5.0}}, "compensator", "compensator.gain: 5 is outside 0 to 2"),
     ({"method": None}, "compensator.method", "compensator.method: None is not a number, a word, a mapping or a list of these"),
     ({"plant": {"step_s": b"1"}}, "plant", "plant: b'1' is not a number"),

@@ -648,8 +648,15 @@ def test_arguments_are_checked():
     with pytest.raises(tribo.ScenarioError, match="no.yaml: there is no such file, and no such study in"):
         tribo.sweep("no.yaml")
     pathlib.Path("file").write_text("")
-    with pytest.raises(tribo.SweepError, match="^file/o: Not a directory$"):
-        tribo.sweep("study.yaml", "file/o")
+    for out, why in (("file/o", "^file/o: Not a directory$"), ("file", "^file: is not a folder$")):
+        with pytest.raises(tribo.SweepError, match=why):
+            tribo.sweep("study.yaml", out)
+    before = sorted(pathlib.Path().iterdir())
+    with pytest.raises(ValueError, match="out: is empty"):
+        tribo.sweep("study.yaml", "")
+    with pytest.raises(tribo.ScenarioError, match="^/dev/full: is larger than 4194304 bytes$"):
+        tribo.sweep("/dev/full")
+    assert sorted(pathlib.Path().iterdir()) == before
 
 
 def test_the_command_line():
