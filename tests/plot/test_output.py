@@ -98,6 +98,11 @@ def test_a_signal_leaves_nothing_half_made(tmp_path, number):
         assert run.wait(timeout=200) == 128 + number and run.stderr.read() == "" and list(tmp_path.iterdir()) == []
 
 
+def test_a_callers_signals_stay_its_own():
+    seen = output.run("x", lambda: signal.getsignal(signal.SIGTERM))
+    assert callable(seen) and signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
 @pytest.mark.parametrize("ending", ["png", "html"])
 def test_a_picture_does_not_replace_a_read_only_file(tmp_path, ending):
     old = tmp_path / f"old.{ending}"

@@ -124,16 +124,31 @@ class _Watched:
 
 
 def _end(number, _):
-    """Ends the program as sys.exit does, so that half-made files go."""
     signal.signal(number, signal.SIG_IGN)
     sys.exit(128 + number)
 
 
+@contextlib.contextmanager
+def _ended_by_signals():
+    """Signals that would kill the program end it as sys.exit does, so that half-made files go."""
+    is_main = threading.current_thread() is threading.main_thread()
+    numbers = [number for number in (signal.SIGTERM, signal.SIGHUP) if is_main and signal.getsignal(number) == signal.SIG_DFL]
+    for number in numbers:
+        signal.signal(number, _end)
+    try:
+        yield
+    finally:
+        for number in numbers:
+            signal.signal(number, signal.SIG_DFL)
+
+
 def run(program, command, *arguments):
     """Returns the exit status of command(*arguments), or 1 with a message if what it printed was lost. A reader that has gone ends it without one."""
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        if threading.current_thread() is threading.main_thread() and signal.getsignal(number) == signal.SIG_DFL:
-            signal.signal(number, _end)
+    with _ended_by_signals():
+        return _run(program, command, *arguments)
+
+
+def _run(program, command, *arguments):
     if sys.stdout is None:  # closed by the caller: a file must not get its number, and lines must not vanish
         sys.stdout = os.fdopen(os.open(os.devnull, os.O_RDONLY), "w")
     watched = sys.stdout = _Watched(sys.stdout)
