@@ -73,7 +73,6 @@ class AxisChanges(TypedDict, total=False):
     noise_N: float
 
 
-NOISES = 16.0  # the guard's stray force is at least 8 times the noise
 _NUMBERS = ("sample_time_s", "u_min_N", "u_max_N", "input_max_N", "usual_force_N", "offset_N", "slope", "negative_offset_N", "negative_slope",
             "gravity_N", "arm_lag_s", "noise_N", "actuator_pole_rad_per_s", "sensor_pole_rad_per_s", "kp", "ki_per_s", "full_scale_N")  # fmt: skip
 
@@ -81,7 +80,7 @@ _NUMBERS = ("sample_time_s", "u_min_N", "u_max_N", "input_max_N", "usual_force_N
 def _full_scale_N(x: dict[str, Any]) -> float:
     """Four times the larger limit of u; more if another force needs it, and within the range of a full scale."""
     offset_N = max(x["offset_N"], x["negative_offset_N"])
-    needed_N = max(4.0 * max(abs(x["u_min_N"]), abs(x["u_max_N"])), x["input_max_N"], x["usual_force_N"], 2.0 * abs(x["gravity_N"]), 2.0 * offset_N, NOISES * x["noise_N"])
+    needed_N = max(4.0 * max(abs(x["u_min_N"]), abs(x["u_max_N"])), x["input_max_N"], x["usual_force_N"], 2.0 * abs(x["gravity_N"]), 2.0 * offset_N)
     return float(min(max(needed_N, 1e-3), 1e6))
 
 
@@ -144,7 +143,7 @@ class Axis:
         if made == ffi.NULL:
             refused = raised(error)
             if arith == "q31" and not full_scale_N and "q31:" in str(refused):
-                refused.args = (f"{refused}; full_scale_N was left out and is {self._keywords['full_scale_N']:g}: give one that suits, or arith='f32'",)
+                refused.args = (f"{refused}; full_scale_N was left out and is {self._keywords['full_scale_N']:g}; arith='f32' needs none",)
             raise refused
         self._axis = ffi.gc(made, lib.native_axis_delete)
         self.arith = arith

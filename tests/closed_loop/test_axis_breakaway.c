@@ -68,10 +68,13 @@ static void test_far_too_small_is_known_at_the_first_reversals(void)
     }
 }
 
-static void test_ten_times_too_large_is_known_after_some_reversals(void)
+static void test_five_and_ten_times_too_large_are_known_after_some_reversals(void)
 {
     for (int truth = 0; truth < SIM_TRUTH_COUNT; truth += STRIDE)
     {
+        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.2f,
+                                        factor_of((sim_truth_number_t)truth, 5.0f, 85),
+                                        sim_truth_models[truth]->name);
         TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.2f,
                                         factor_of((sim_truth_number_t)truth, 10.0f, 85),
                                         sim_truth_models[truth]->name);

@@ -311,7 +311,7 @@ static void test_a_pi_is_the_section_that_the_loop_makes_of_it(void)
         config.controller                         = tribo_pi(gain.kp, gain.ki_per_s);
         const tribo_status_t status               = prepare(&pi, &config);
         config.controller                         = tribo_sections(&section, 1);
-        TEST_ASSERT_EQUAL(prepare(&sections, &config), status);
+        TEST_ASSERT_EQUAL(prepare(&sections, &config) == TRIBO_OK ? TRIBO_OK : TRIBO_ERR_PI, status);
         TEST_ASSERT_TRUE((status == TRIBO_OK) == (i < TRIBO_EITHER(4u, 3u)));
         TEST_ASSERT_EQUAL_MEMORY(&sections.loop.controller, &pi.loop.controller, sizeof pi.loop.controller);
     }
@@ -671,6 +671,18 @@ static void test_a_warning_of_the_learner_needs_settled_friction(void)
     learner->P[0] = 0.1f;
     TRIBO(axis, report)(&axis, &report);
     TEST_ASSERT_EQUAL_FLOAT(0.2f, report.breakaway_factor);
+    static const float harmed[][3] = {{0.05f, 0.24f, 0.2f},
+                                      {0.3f, 0.24f, 1.0f},
+                                      {0.05f, 0.26f, 1.0f}}; // P_00, V_0, factor
+    learner->at_bound              = 0;
+    for (uint32_t i = 0; i < 6; i++)
+    {
+        learner->harms = i < 3;
+        learner->P[0]  = harmed[i % 3][0];
+        learner->a[0]  = (harmed[i % 3][1] - 1.0f) / learning->deviation[0];
+        TRIBO(axis, report)(&axis, &report);
+        TEST_ASSERT_EQUAL_FLOAT(i < 3 ? harmed[i][2] : 1.0f, report.breakaway_factor);
+    }
 }
 
 /// Follows breakaway_factor, each time with a new axis, from a twentieth and from ten times the truth.
@@ -761,6 +773,81 @@ static void test_a_learner_that_is_never_called_is_a_warning(void)
     TEST_ASSERT_EQUAL_UINT32(0, report.warnings);
 }
 
+static double draw(uint64_t *state)
+{
+    *state = *state * 6364136223846793005u + 1442695040888963407u;
+    return (double)(*state >> 40) / 16777216.0;
+}
+
+static float spread(uint64_t *state, double low, double high)
+{
+    return (float)(low * pow(high / low, draw(state)));
+}
+
+/// A config within the documented ranges: forces within 30 of the limits of u, which are 1e-6 to 1e6 N.
+static tribo_axis_f32_config_t legal(uint64_t *state)
+{
+    tribo_axis_f32_config_t config             = tribo_axis_f32_config();
+    const double            u                  = (double)spread(state, 1e-6, 1e6);
+    config.sample_time_s                       = spread(state, 1e-6, 0.1);
+    config.u_max_n                             = (float)u;
+    config.u_min_n                             = draw(state) < 0.5 ? 0.0f : -config.u_max_n;
+    config.positive.offset_n                   = fmaxf(1e-6f, fminf(1e6f, spread(state, u / 30, 30 * u)));
+    config.positive.slope                      = draw(state) < 0.5 ? 0.0f : spread(state, 1e-3, 10.0);
+    config.gravity_n                           = draw(state) < 0.5 ? 0.0f : fminf(1e6f, spread(state, u / 30, 30 * u));
+    config.noise_n                             = draw(state) < 0.3 ? 0.0f : fminf(1e6f, spread(state, u / 1e6, 30 * u));
+    config.arm_lag_s                           = spread(state, 1e-3, 1e3) * config.sample_time_s;
+    config.feedforward.actuator_pole_rad_per_s = fminf(1e6f, spread(state, 1e-3, 50.0) / config.sample_time_s);
+    config.feedforward.sensor_pole_rad_per_s   = fminf(1e6f, spread(state, 1e-3, 50.0) / config.sample_time_s);
+    const float kp                             = spread(state, 1e-6, 1e5);
+    config.controller                          = tribo_pi(kp, kp * spread(state, 1e-9, 1.9) / config.sample_time_s);
+    config.controller.ki_per_s                 = fminf(1e5f, config.controller.ki_per_s);
+    return config;
+}
+
+/// A refusal of a legal config is about a field of an axis' config, not about one that follows from others.
+static void test_a_refusal_names_a_field_of_the_config(void)
+{
+    uint64_t state = 5;
+    uint32_t taken = 0;
+    for (uint32_t i = 0; i < 3000; i++)
+    {
+        const tribo_axis_f32_config_t config = legal(&state);
+        static axis_params_t          params;
+        const float                   scale =
+            fmaxf(fmaxf(4.0f * config.u_max_n, 2.0f * config.gravity_n), fmaxf(2.0f * config.positive.offset_n, 1e-3f));
+        (void)scale;
+        const tribo_status_t status = TRIBO_EITHER(TRIBO(axis, prepare)(&params, &config),
+                                                   TRIBO(axis, prepare)(&params, &config, fminf(1e6f, scale)));
+        taken += status == TRIBO_OK ? 1u : 0u;
+        const bool is_own = status == TRIBO_OK || status == TRIBO_ERR_PI;
+        TEST_ASSERT_TRUE_MESSAGE(
+            is_own || (TRIBO_IS_Q31 && (status == TRIBO_ERR_GRAVITY || status == TRIBO_ERR_AXIS_BREAKAWAY ||
+                                        status == TRIBO_ERR_BREAKAWAY_OFFSET)),
+            tribo_status_text(status));
+    }
+    TEST_ASSERT_GREATER_THAN(TRIBO_EITHER(2600, 2200), taken);
+}
+
+static void test_a_derived_width_that_does_not_fit_names_the_breakaway(void)
+{
+    tribo_axis_f32_config_t config = rig(1.0f);
+    config.positive                = (tribo_breakaway_f32_t){.offset_n = 0.001f};
+    TEST_ASSERT_EQUAL(TRIBO_EITHER(TRIBO_OK, TRIBO_ERR_AXIS_BREAKAWAY), refused(&config));
+    config.feedforward.presliding_n = 1e-4f;
+    TEST_ASSERT_EQUAL(TRIBO_EITHER(TRIBO_OK, TRIBO_ERR_PRESLIDING), refused(&config));
+    config.feedforward.presliding_n = 0.01f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, refused(&config));
+    config.positive.offset_n = 1e-4f;
+    TEST_ASSERT_EQUAL(TRIBO_EITHER(TRIBO_OK, TRIBO_ERR_AXIS_BREAKAWAY), refused(&config));
+    config.feedforward.reversal_n = 1e-7f;
+    TEST_ASSERT_EQUAL(TRIBO_EITHER(TRIBO_OK, TRIBO_ERR_REVERSAL_WIDTH), refused(&config));
+    config                        = rig(1.0f);
+    config.controller             = tribo_sections(&(tribo_biquad_f32_section_t){.b0 = 1.0f, .a1 = 1.0f}, 1);
+    const tribo_status_t sections = refused(&config); // a controller of sections is named as such
+    TEST_ASSERT_EQUAL(TRIBO_ERR_ANTI_WINDUP, sections);
+}
+
 static void test_the_largest_limits_are_taken(void)
 {
     tribo_axis_f32_config_t config = rig(1.0f);
@@ -788,9 +875,10 @@ static void test_forces_fit_the_full_scale(void)
     tribo_axis_f32_config_t config = rig(1.0f);
     TEST_ASSERT_EQUAL(TRIBO_ERR_FULL_SCALE, tribo_axis_q31_init(&axis, &config, NAN));
     config.u_max_n = 3.0f;
+    TEST_ASSERT_EQUAL(TRIBO_ERR_U_MAX, init(&axis, &config)); // not input_max_n, which was left out
+    config             = rig(1.0f);
+    config.input_max_n = 3.0f;
     TEST_ASSERT_EQUAL(TRIBO_ERR_INPUT_MAX, init(&axis, &config));
-    config.input_max_n = 2.0f;
-    TEST_ASSERT_EQUAL(TRIBO_ERR_U_MAX, init(&axis, &config));
 }
 #endif
 

@@ -276,5 +276,5 @@ def test_a_full_scale_is_checked_also_where_it_has_no_effect(arith, error, full_
 
 
 def test_a_refusal_by_the_default_full_scale_names_it():
-    with pytest.raises(tribo.StatusError, match="full_scale_N was left out and is 0.001: give one that suits, or arith='f32'"):
-        tribo.Axis(**(RIG | {"u_min_N": -1e-6, "u_max_N": 1e-6, "offset_N": 1e-6}), kp=1.0, ki_per_s=1.0, arith="q31")
+    with pytest.raises(tribo.StatusError, match="breakaway at usual_force_n: q31: 0.0011.*full_scale_N was left out and is 0.001; arith='f32' needs none"):
+        tribo.Axis(**(RIG | {"u_min_N": -1e-6, "u_max_N": 1e-6, "offset_N": 1e-6, "slope": 0.0}), kp=1.0, ki_per_s=1.0, arith="q31")

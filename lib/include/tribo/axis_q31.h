@@ -24,8 +24,8 @@ typedef struct
 
 #define TRIBO_AXIS_Q31_BLOB_VERSION UINT32_C(0x54413232)
 
-/// Initialises an axis. Returns a status of tribo_axis_f32_init, or TRIBO_ERR_FULL_SCALE. Choose a full scale that
-/// holds every force, limit and breakaway, or twice as much.
+/// Initialises an axis. Returns a status of tribo_axis_f32_init, TRIBO_ERR_FULL_SCALE, or TRIBO_ERR_AXIS_BREAKAWAY for a
+/// breakaway too small for the scale. Choose a full scale that holds every force, limit and breakaway, or twice as much.
 tribo_status_t tribo_axis_q31_init(tribo_axis_q31_t *axis, const tribo_axis_f32_config_t *config, float full_scale_n);
 
 /// Learns from the last sample in float32, and returns whether there was one. Call it in the background once in 10

@@ -37,12 +37,12 @@ extern "C" {
 
 #define TRIBO_GAIN_PARAMETERS(ROW) \
     ROW(GAIN, GAIN, gain, "gain", "-", 0, 2, 0.85, TUNES, 0x108, "", "η of `paper`: how much of the estimated friction is fed back; 0 turns the compensation off") \
-    ROW(GAIN, USUAL_FORCE, usual_force_n, "usual_force_N", "N", 0, 1e6, 0, TUNES, 0x12c, "", "|F| around which the rig usually works: breakaway there sets the widths of `feedforward`; 0: a quarter of the larger |limit| of u")
+    ROW(GAIN, USUAL_FORCE, usual_force_n, "usual_force_N", "N", 0, 1e6, 0, TUNES, 0x12c, "q31: an axis' up to full_scale_n", "|F| around which the rig usually works: breakaway there sets the widths of `feedforward`; 0: a quarter of the larger |limit| of u")
 
 /// Members of tribo_controller_f32_config_t.
 #define TRIBO_LIMIT_PARAMETERS(ROW) \
     ROW(LIMIT, U_MIN, u_min_n, "u_min_N", "N", -1e6, 0, -2.0, PROTECTS, 0x104, "q31: from -full_scale_n", "lower limit of u") \
-    ROW(LIMIT, U_MAX, u_max_n, "u_max_N", "N", 0, 1e6, 2.0, PROTECTS, 0x106, "over u_min_n; q31: to full_scale_n", "upper limit of u, over u_min_N")
+    ROW(LIMIT, U_MAX, u_max_n, "u_max_N", "N", 0, 1e6, 2.0, PROTECTS, 0x106, "over u_min_n; q31: by 1e-6 full_scale_n, up to full_scale_n", "upper limit of u, over u_min_N")
 
 #define TRIBO_CASCADE_PARAMETERS(ROW) \
     ROW(CASCADE, SECTION_COUNT, section_count, "section_count", "-", 1, 4, 2, TUNES, 0x128, "", "second-order sections of the controller")
@@ -128,7 +128,7 @@ extern "C" {
     REFUSAL(TABLE_NEGATIVE, "compensator.friction.breakaway.table", "friction table negative_n: 1e-6 to 1e6 N; q31: 1e-6 to under 1 full_scale_n") \
     REFUSAL(PAPER_SAMPLE_TIME, "sample_time_s", "sample_time_s: 0.001 s with the sections of the paper's controller, which are made for it; another needs sections of its own") \
     REFUSAL(CONTROLLER, "controller", "controller: one of tribo_pi, tribo_sections, tribo_paper and tribo_own; of a loop one of pi and sections") \
-    REFUSAL(PI, "controller", "controller kp, ki_per_s: kp 1e-6 to 1e5, ki_per_s 0 to 1e5 1/s and times sample_time_s at most 2 kp") \
+    REFUSAL(PI, "controller", "controller kp, ki_per_s: kp 1e-6 to 1e5, ki_per_s 0 to 1e5 1/s and times sample_time_s at most 2 kp; if not 0, times sample_time_s over 1e-8 kp, q31: over 1.2e-7 kp") \
     REFUSAL(AXIS_LAG, "compensator.arm", "arm_lag_s: 0 to 1000 sample times") \
     REFUSAL(AXIS_NOISE, "", "noise_n: 0 to 1e6 N") \
     REFUSAL(AXIS_ORDER, "", "order of calls: the init comes first, and prepare before change") \
@@ -142,7 +142,8 @@ extern "C" {
     REFUSAL(JOINT_GAIN, "", "joint gain: 0 to 1, of the learned friction") \
     REFUSAL(JOINT_WRAP, "", "joint wrap: 0, or from 100 travel to 1e9; q31: whole counts") \
     REFUSAL(PART, "", "method, guard: of the other arithmetic; tribo_feedforward_q31_use and tribo_guard_q31_use for a loop in Q31") \
-    REFUSAL(MEMORY, "", "state.memory: null, but the params name a method; the memory of that method, before the start")
+    REFUSAL(MEMORY, "", "state.memory: null, but the params name a method; the memory of that method, before the start") \
+    REFUSAL(AXIS_BREAKAWAY, "", "breakaway at usual_force_n: q31: 0.0011 to 2.75 full_scale_n, or presliding_n and reversal_n given")
 
 /// All rows.
 #define TRIBO_PARAMETERS(ROW) \

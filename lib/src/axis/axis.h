@@ -31,13 +31,15 @@ static tribo_status_t prepare(axis_params_t *params, const tribo_axis_f32_config
     {
         return TRIBO_ERR_NULL;
     }
-    tribo_status_t status = tribo_axis_config_expand(&loop, config);
+    tribo_status_t status = tribo_axis_config_expand(&loop, config, MOST_N(full_scale_n));
     if (status == TRIBO_OK)
     {
-        const tribo_guard_f32_config_t guard = tribo_axis_config_guard(&loop, config);
-        loop.method                          = NAME(feedforward, use)(&made.feedforward, &config->feedforward);
-        loop.guard                           = NAME(guard, use)(&made.guard, &guard);
-        status                               = axis_make_loop(&made.loop, &loop, config->controller.make, full_scale_n);
+        const tribo_guard_f32_config_t guard =
+            tribo_axis_config_guard(&loop, config, GUARD_LEAST_N(full_scale_n), GUARD_MOST_N(full_scale_n));
+        loop.method = NAME(feedforward, use)(&made.feedforward, &config->feedforward);
+        loop.guard  = NAME(guard, use)(&made.guard, &guard);
+        status =
+            tribo_axis_config_status(axis_make_loop(&made.loop, &loop, config->controller.make, full_scale_n), config);
     }
     if (status == TRIBO_OK)
     {

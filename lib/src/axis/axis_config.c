@@ -13,10 +13,12 @@
 #define MODEL_DEVIATION 0.02f      // standard deviation that learning does not remove, as a part of breakaway
 #define FAR_BELOW       3.0f // learned friction at its upper limit, or a load instead, as a multiple of the configured one
 #define FAR_ABOVE       0.2f    // learned friction at its lower limit
+#define HARMED_BELOW    0.25f   // learned friction below which harm comes from a configured one that is far too large
 #define SETTLED         0.2f    // relative variance of friction that slides both ways settle
 #define LONG_PRESLIDING 1.15f   // least V_2 in V_0 of an arm whose presliding is too long for the configured one
 #define NO_PRESLIDING   (-0.1f) // largest V_2 in V_0 of an arm whose presliding is too short
 #define CLEAR           0.4f    // least V_0 with which V_2 says so
+#define INPUT_LEAST     1.0e-6f // N, of the input_max_n that follows from the limits of u
 #define OWN_GAIN        1.0e-6f // kp that the loop's init accepts; that controller never runs
 
 #define WARN_BAD_INPUT 1u
@@ -102,7 +104,9 @@ static tribo_arm_f32_config_t arm_of(float lag_s, float h)
     return (tribo_arm_f32_config_t){.inertia = I * K, .damping = b * K, .stiffness = K};
 }
 
-tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop, const tribo_axis_f32_config_t *config)
+tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop,
+                                        const tribo_axis_f32_config_t *config,
+                                        float                          most_n)
 {
     const float h = config->sample_time_s;
     if (!sample_time_ok(h))
@@ -129,8 +133,7 @@ tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop, con
 
     *loop               = tribo_force_loop_f32_rig();
     loop->sample_time_s = h;
-    loop->input_max_n =
-        config->input_max_n != 0.0f ? config->input_max_n : limit_f32(2.0f * most, 0.0f, TRIBO_F32_FORCE_MAX_N);
+    loop->input_max_n = config->input_max_n != 0.0f ? config->input_max_n : limit_f32(2.0f * most, INPUT_LEAST, most_n);
     loop->usual_force_n      = config->usual_force_n;
     loop->controller.u_min_n = config->u_min_n;
     loop->controller.u_max_n = config->u_max_n;
@@ -142,7 +145,7 @@ tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop, con
     friction->positive      = config->positive;
     friction->negative      = is_same ? config->positive : config->negative;
     friction->gravity_n     = config->gravity_n;
-    friction->v0_n_per_s    = larger(friction->v0_n_per_s, 1.0e-3f * most);
+    friction->v0_n_per_s    = larger(friction->v0_n_per_s, 1.0e-3f * most_n); // not used, but checked in Q31
     friction->pulse_width_s = h;
     return set_controller(loop, &config->controller);
 }
@@ -157,10 +160,23 @@ float tribo_axis_config_breakaway(const tribo_force_loop_f32_config_t *loop)
 }
 
 tribo_guard_f32_config_t tribo_axis_config_guard(const tribo_force_loop_f32_config_t *loop,
-                                                 const tribo_axis_f32_config_t       *config)
+                                                 const tribo_axis_f32_config_t       *config,
+                                                 float                                least_n,
+                                                 float                                most_n)
 {
-    const float lag = tribo_feedforward_f32_lag_s(&config->feedforward, &loop->compensator.arm);
-    return tribo_guard_f32_tuned(tribo_axis_config_breakaway(loop), lag, config->noise_n, loop->sample_time_s);
+    const float              lag = tribo_feedforward_f32_lag_s(&config->feedforward, &loop->compensator.arm);
+    tribo_guard_f32_config_t guard =
+        tribo_guard_f32_tuned(tribo_axis_config_breakaway(loop), lag, config->noise_n, loop->sample_time_s);
+    guard.turn_n  = limit_f32(guard.turn_n, least_n, most_n);
+    guard.stray_n = limit_f32(guard.stray_n, least_n, most_n);
+    return guard;
+}
+
+tribo_status_t tribo_axis_config_status(tribo_status_t status, const tribo_axis_f32_config_t *config)
+{
+    const bool is_derived = (status == TRIBO_ERR_PRESLIDING && config->feedforward.presliding_n == 0.0f) ||
+                            (status == TRIBO_ERR_REVERSAL_WIDTH && config->feedforward.reversal_n == 0.0f);
+    return is_derived ? TRIBO_ERR_AXIS_BREAKAWAY : status;
 }
 
 uint32_t tribo_axis_checksum(const void *bytes, size_t size)
@@ -243,6 +259,8 @@ void tribo_axis_report_far(tribo_axis_report_t                *report,
 {
     const uint32_t guard      = report->warnings & (WARN_HUNTING | WARN_OVERSHOOT);
     const bool     is_settled = learner->P[0] <= SETTLED;
+    const float    V_0        = tribo_learner_sliding(learning, learner);
+    const bool     has_harmed = (report->warnings & WARN_HARMS) != 0u && is_settled && V_0 < HARMED_BELOW;
     report->times_less        = tribo_learner_times_less(learner);
     if (is_far_below)
     {
@@ -251,14 +269,13 @@ void tribo_axis_report_far(tribo_axis_report_t                *report,
         report->high_n[1]        = TRIBO_F32_FORCE_MAX_N;
         report->warnings |= WARN_TOO_SMALL;
     }
-    else if (stays_at_bound)
+    else if (stays_at_bound || has_harmed)
     {
         report->breakaway_factor = is_settled ? FAR_ABOVE : 1.0f;
         report->warnings |= WARN_TOO_LARGE;
     }
     else if (guard != 0u && is_settled)
     {
-        const float V_0 = tribo_learner_sliding(learning, learner);
         const float V_2 = learning->deviation[2] * learner->a[2];
         report->warnings |= bit_if(V_0 >= CLEAR && V_2 > LONG_PRESLIDING * V_0, WARN_LONG) |
                             bit_if(V_0 >= CLEAR && V_2 < NO_PRESLIDING * V_0, WARN_SHORT);
@@ -279,7 +296,7 @@ const char *tribo_axis_warning(uint32_t *warnings)
         return "breakaway: friction is 3 times the configured one or more, or gravity_n lacks a load: "
                "configure 3 times the breakaway, or the load, and initialise the axis again";
     case WARN_TOO_LARGE:
-        return "breakaway: learning stays below 0.2 times the configured one: configure 0.2 times as much and "
+        return "breakaway: learning stays below 0.25 times the configured one: configure 0.2 times as much and "
                "initialise the axis again; if the breakaway is certain, noise of y or steps of r hide it";
     case WARN_LONG:
         return "presliding: friction builds up over a longer travel than configured: double presliding_n "

@@ -7,13 +7,21 @@
 
 #include <stddef.h>
 
-/// Fills in `loop` except for the method and the guard. Checks the fields that the loop's init does not check. Returns
-/// TRIBO_OK or the status of the first bad one.
-tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop, const tribo_axis_f32_config_t *config);
+/// Fills in `loop` except for the method and the guard. `most_n` is the largest force of the arithmetic: 1e6 N, or the
+/// full scale. Checks the fields that the loop's init does not check. Returns TRIBO_OK or the status of the first bad
+/// one.
+tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop,
+                                        const tribo_axis_f32_config_t *config,
+                                        float                          most_n);
 
-/// The config of the guard. `loop` must be one that the loop's init accepts.
+/// The config of the guard, with forces from `least_n` to `most_n`. `loop` must be one that the loop's init accepts.
 tribo_guard_f32_config_t tribo_axis_config_guard(const tribo_force_loop_f32_config_t *loop,
-                                                 const tribo_axis_f32_config_t       *config);
+                                                 const tribo_axis_f32_config_t       *config,
+                                                 float                                least_n,
+                                                 float                                most_n);
+
+/// The status of the loop's init, about the field that the axis' config has instead of a derived one.
+tribo_status_t tribo_axis_config_status(tribo_status_t status, const tribo_axis_f32_config_t *config);
 
 /// Configured breakaway at the usual force, N: the mean of both directions.
 float tribo_axis_config_breakaway(const tribo_force_loop_f32_config_t *loop);
@@ -44,7 +52,8 @@ void tribo_axis_report_warn(tribo_axis_report_t               *report,
                             tribo_guard_cause_t                cause);
 
 /// Completes a report by times_less, breakaway_factor and the warnings of a wrong breakaway or presliding. `is_far_below` and
-/// `stays_at_bound` are latched.
+/// `stays_at_bound` are latched. A configured breakaway whose friction did harm and is learned as
+/// far less is too large as well.
 void tribo_axis_report_far(tribo_axis_report_t                *report,
                            const tribo_feedforward_learning_t *learning,
                            const tribo_feedforward_learner_t  *learner,

@@ -4,8 +4,11 @@
 #include "../loop/prepare.h"
 #include "axis_config.h"
 
-#define BLOB_VERSION        TRIBO_AXIS_F32_BLOB_VERSION
-#define LEARN_AT_ONCE(axis) (void)learn(axis) // a processor with an FPU has the time for it in a tick
+#define BLOB_VERSION                TRIBO_AXIS_F32_BLOB_VERSION
+#define MOST_N(full_scale_n)        TRIBO_F32_FORCE_MAX_N
+#define GUARD_LEAST_N(full_scale_n) 0.0f
+#define GUARD_MOST_N(full_scale_n)  TRIBO_F32_FORCE_MAX_N
+#define LEARN_AT_ONCE(axis)         (void)learn(axis) // a processor with an FPU has the time for it in a tick
 
 static tribo_status_t axis_make_loop(tribo_force_loop_f32_params_t       *params,
                                      const tribo_force_loop_f32_config_t *loop,

@@ -5,9 +5,12 @@
 #include "../number/ieee_f32.h"
 #include "axis_config.h"
 
-#define BLOB_VERSION        TRIBO_AXIS_Q31_BLOB_VERSION
-#define LEARN_AT_ONCE(axis) (void)(axis)           // the background learns by tribo_axis_q31_learn
-#define PART_UNIT           (1.0f / 2147483648.0f) // Q31
+#define BLOB_VERSION                TRIBO_AXIS_Q31_BLOB_VERSION
+#define MOST_N(full_scale_n)        (full_scale_n)
+#define GUARD_LEAST_N(full_scale_n) (1.001e-6f * (full_scale_n)) // what tribo_guard_q31_init accepts, rounding included
+#define GUARD_MOST_N(full_scale_n)  (0.999999f * (full_scale_n))
+#define LEARN_AT_ONCE(axis)         (void)(axis)           // the background learns by tribo_axis_q31_learn
+#define PART_UNIT                   (1.0f / 2147483648.0f) // Q31
 
 static tribo_status_t axis_make_loop(tribo_force_loop_q31_params_t       *params,
                                      const tribo_force_loop_f32_config_t *loop,

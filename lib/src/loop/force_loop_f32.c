@@ -99,6 +99,13 @@ tribo_status_t tribo_force_loop_f32_make_sections(tribo_controller_f32_params_t 
     return status == TRIBO_OK && other && is_papers(controller) ? TRIBO_ERR_PAPER_SAMPLE_TIME : status;
 }
 
+tribo_status_t tribo_force_loop_f32_controller_status(const tribo_force_loop_f32_config_t *config,
+                                                      tribo_status_t                       status)
+{
+    const bool is_section = status == TRIBO_ERR_ANTI_WINDUP || status == TRIBO_ERR_HEADROOM;
+    return is_section && config->pi.kp > 0.0f ? TRIBO_ERR_PI : status;
+}
+
 /// Makes what every method needs: the ranges of the inputs, and the controller.
 static tribo_status_t make_controller(tribo_force_loop_f32_params_t       *made,
                                       const tribo_force_loop_f32_config_t *config,
@@ -116,6 +123,7 @@ static tribo_status_t make_controller(tribo_force_loop_f32_params_t       *made,
     {
         status = make != NULL ? make(&made->controller, controller, config->sample_time_s)
                               : tribo_controller_f32_init_pi(&made->controller, controller);
+        status = tribo_force_loop_f32_controller_status(config, status);
     }
     return status;
 }

@@ -37,7 +37,9 @@ static tribo_status_t make_controller(tribo_force_loop_q31_params_t       *made,
     }
     *made = (tribo_force_loop_q31_params_t){.input_max = fixed_input_max(loop->input_max_n, full_scale_n),
                                             .gain      = fixed(loop->gain, LOOP_Q31_GAIN_FRACTION)};
-    return tribo_controller_q31_init(&made->controller, controller, full_scale_n, headroom);
+    return tribo_force_loop_f32_controller_status(
+        loop,
+        tribo_controller_q31_init(&made->controller, controller, full_scale_n, headroom));
 }
 
 /// Does all of the init except the method and the guard.

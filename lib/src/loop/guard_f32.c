@@ -22,11 +22,12 @@ tribo_guard_f32_config_t tribo_guard_f32_tuned(float breakaway_n, float lag_s, f
 {
     tribo_guard_f32_config_t tuned = tribo_guard_f32_default();
 
-    tuned.turn_n       = breakaway_n / 3.14f;
-    tuned.stray_n      = larger(breakaway_n / 15.7f, 8.0f * noise_n);
-    tuned.quick_time_s = limit_f32(16.0f * lag_s,
-                                   20.0f * sample_time_s,
-                                   1.0e5f * sample_time_s); // upper limit of tribo_guard_f32_prepare
+    tuned.turn_n  = breakaway_n / 3.14f;
+    tuned.stray_n = larger(breakaway_n / 15.7f, 8.0f * noise_n);
+    tuned.quick_time_s =
+        limit_f32(16.0f * lag_s,
+                  20.0f * sample_time_s,
+                  limit_f32(1.0e5f * sample_time_s, 0.0f, 1.0e3f)); // upper limits of tribo_guard_f32_prepare
     return tuned;
 }
 

@@ -7,6 +7,10 @@
 #include "tribo/force_loop_q31.h"
 #include "tribo/status.h"
 
+/// The status of the controller's init. Of a PI's section it is about the gains, because the user has given no section.
+tribo_status_t tribo_force_loop_f32_controller_status(const tribo_force_loop_f32_config_t *config,
+                                                      tribo_status_t                       status);
+
 /// Does all of tribo_force_loop_f32_init except the method and the guard. Writes the config's controller to
 /// `controller`, always with sections. A PI becomes one section in `section`, to which `controller` then points: keep
 /// it as long as `controller`.
