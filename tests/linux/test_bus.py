@@ -112,6 +112,15 @@ def test_a_trigger_that_does_not_come_is_an_error(serve, tmp_path, trigger, why)
     assert not (tmp_path / "trace.csv").exists()
 
 
+def test_signals_that_are_no_trace_are_named_before_it(serve):
+    served = serve()
+    many = "r_N,F_N,u_N,F_hat_N,n_N,L_N,e_N,f_hat_N,controller_N"
+    for signals, why in (("", "--signals : has 0 names, 1 to 8 are expected"), (many, f"--signals {many}: has 9 names, 1 to 8 are expected"), ("r_N,u_N,r_N", "--signals r_N,u_N,r_N: r_N is given twice"),
+                         ("r_N,x_N", "unknown signal x_N"), ("r_N,,u_N", "unknown signal  (tribo-link list shows them)")):
+        assert why in served.link("trace", "--wait", "0.1", "--signals", signals, status=2)
+    assert served.value("trace_state") == 0
+
+
 def test_a_trace_that_is_not_complete_is_an_error(serve, tmp_path):
     served = serve()
     served.link("start")

@@ -752,7 +752,9 @@ static bool find_signal(const char *name, size_t length, uint32_t *place)
 
 static bool parse_signals(const char *text, uint32_t *signals)
 {
-    *signals = 0;
+    const char *const all   = text;
+    unsigned          count = 0;
+    *signals                = 0;
     while (*text != '\0')
     {
         uint32_t     place  = 0;
@@ -761,10 +763,16 @@ static bool parse_signals(const char *text, uint32_t *signals)
         {
             return false;
         }
+        if ((*signals >> place & 1u) != 0u)
+        {
+            return link_complain("--signals %s: %.*s is given twice", all, (int)length, text);
+        }
         *signals |= 1u << place;
+        count++;
         text += length + (text[length] == ',');
     }
-    return true;
+    return (count >= 1u && count <= TRACE_CHANNELS_MAX) ||
+           link_complain("--signals %s: has %u names, 1 to %u are expected", all, count, TRACE_CHANNELS_MAX);
 }
 
 static bool parse_trigger(const char *text, uint32_t *trigger)
