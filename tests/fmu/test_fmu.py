@@ -284,6 +284,13 @@ def test_tribo_sim_makes_the_same_fmu(tmp_path, fmi):
     assert made.read_bytes() == expected
 
 
+def test_a_scenario_is_not_replaced_by_its_fmu(tmp_path):
+    scenario = scenario_of(tmp_path, "triangle")
+    before = scenario.read_bytes()
+    done = subprocess.run([sys.executable, "-B", ROOT / "tools/tribo-fmu", scenario, "--part", "plant", "--out", scenario], capture_output=True, text=True)
+    assert done.returncode == 1 and f"--out {scenario} is the same file as the scenario" in done.stderr and scenario.read_bytes() == before
+
+
 def test_a_refused_scenario_leaves_no_file(tmp_path):
     scenario = scenario_of(tmp_path, "triangle", "limits:\n  u_max_N: -1\n")
     out = tmp_path / "loop.fmu"
