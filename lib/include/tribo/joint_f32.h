@@ -16,9 +16,9 @@
 /// Direction. While q_ref moves, the term opposes the friction of that motion. While q_ref rests and the joint is off
 /// by two `travel` or more, the term points back to q_ref. From the second change of direction on, each change halves
 /// the term until q_ref moves again, so that hunting dies out. Nearer to q_ref the term gives way to an effort that
-/// opposes it. The term alone never drives a joint: it is 0 at rest without an effort, and it fades after 50 ms in
-/// which the joint is away from q_ref without any effort (your loop is off) or in which a position is not a number (the
-/// encoder fails).
+/// opposes it. At rest without an effort the term is 0. It fades after 50 ms in which the joint is away from q_ref
+/// without any effort, because your loop is off, or in which a position is not a number, because the encoder fails.
+/// After a time without ticks call tribo_joint_f32_rest, or the old term goes on for 50 ms.
 ///
 /// Learning. Between two reversals of q (a slide) the kinetic energy does not change, so the work of the effort goes
 /// into friction and load. Slides in both directions tell the two apart. Only the slow part of a slide counts, because
@@ -90,9 +90,10 @@ tribo_joint_config_t tribo_joint_config(void);
 /// TRIBO_ERR_JOINT_GAIN or TRIBO_ERR_JOINT_WRAP. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_joint_f32_init(tribo_joint_f32_t *joint, const tribo_joint_config_t *config);
 
-/// Runs one tick: returns u for the drive, within +-effort_max for any input, or 0 before the init. A bad effort counts
-/// as 0; with a bad q_ref or q the joint counts as not moved. Both are counted. Pass your loop's output before its own
-/// limit.
+/// Runs one tick: returns u for the drive, within +-effort_max for any input, or 0 before the init of a zeroed struct. A
+/// bad effort (NaN, or beyond 1e9) counts as 0; with a bad q_ref or q the joint counts as not moved. Both are counted,
+/// and so is a state that a flipped bit has made no number: the joint forgets it and learns anew. Pass your loop's
+/// output before its own limit, and stop its integral while |u| is effort_max.
 float tribo_joint_f32_step(tribo_joint_f32_t *joint, float effort, float q_ref, float q);
 
 /// Sets the load that your model of the arm computes, for example gravity, as an effort. It is added to u from the next
@@ -100,8 +101,12 @@ float tribo_joint_f32_step(tribo_joint_f32_t *joint, float effort, float q_ref, 
 void tribo_joint_f32_load(tribo_joint_f32_t *joint, float load);
 
 /// Changes the gain, 0 to 1, while the joint runs; the term follows within a third of a second. Returns TRIBO_OK, or
-/// TRIBO_ERR_JOINT_GAIN for a gain above 1, which would exceed the learned friction.
+/// TRIBO_ERR_JOINT_GAIN for any other gain: above 1 it would exceed the learned friction.
 tribo_status_t tribo_joint_f32_gain(tribo_joint_f32_t *joint, float gain);
+
+/// Puts the joint to rest, between two ticks, for example before the first tick after the drive was off. Learned values,
+/// load, counters and a latched cause stay.
+void tribo_joint_f32_rest(tribo_joint_f32_t *joint);
 
 /// Clears the latched cause; the term comes back within a third of a second. Call it on command, once the cause is
 /// found. Learned values stay.

@@ -22,6 +22,9 @@ int32_t tribo_joint_q31_step(tribo_joint_q31_t *joint, int32_t effort, int32_t q
 /// Sets the load that your model of the arm computes.
 void tribo_joint_q31_load(tribo_joint_q31_t *joint, int32_t load);
 
+/// Puts the joint to rest, between two ticks.
+void tribo_joint_q31_rest(tribo_joint_q31_t *joint);
+
 /// Changes the gain. It computes in float32, so do not call it in the tick.
 tribo_status_t tribo_joint_q31_gain(tribo_joint_q31_t *joint, float gain);
 

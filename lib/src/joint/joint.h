@@ -5,6 +5,7 @@
 
 #define joint_step    NAME(joint, step)
 #define joint_load    NAME(joint, load)
+#define joint_rest    NAME(joint, rest)
 #define joint_restore NAME(joint, restore)
 
 typedef NAME(joint, t) joint_t;
@@ -144,11 +145,11 @@ static void learn(joint_t *x)
         x->spread   = sum / 4;
         return;
     }
-    const force_t error = sum - x->friction;
+    const force_t error = minus(sum, x->friction);
     const force_t most  = x->friction / 2 + x->params.effort_max / 256;
-    x->friction += within_of(error, -most, most) / 2;
-    x->offset += (diff - x->offset) / 2;
-    x->spread += (size_of(error) - x->spread) / 4;
+    x->friction         = plus(x->friction, within_of(error, -most, most) / 2);
+    x->offset           = plus(x->offset, minus(diff, x->offset) / 2);
+    x->spread           = plus(x->spread, minus(size_of(error), x->spread) / 4);
 }
 
 /// Takes the mean effort against the motion over the slow part of a slide, or over all of it if that part is short, and
@@ -184,7 +185,7 @@ static void finish_slide(joint_t *x)
     if (slide->fast_travel > 0)
     {
         const force_t fast = mean_effort(slide->fast_work, slide->fast_travel);
-        const force_t rise = minus(fast, *mean + *mean / JOINT_VISCOUS_MIN);
+        const force_t rise = minus(fast, plus(*mean, *mean / JOINT_VISCOUS_MIN));
         *mean              = minus(*mean, within_of(rise / 8 * JOINT_VISCOUS, 0, size_of(*mean) / 4 * 3));
     }
     if (slide->has[0] != 0u && slide->has[1] != 0u)
@@ -243,7 +244,7 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
     {
         slide->asked[x->intended > 0] += way_size(intended);
     }
-    if (slide->ticks == JOINT_TICKS_MAX || is_too_long(slide->travel))
+    if (slide->ticks == JOINT_TICKS_MAX || is_too_long(slide))
     {
         slide->ticks = JOINT_TICKS_MAX;
         return;
@@ -268,7 +269,7 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
 static force_t wanted_term(const joint_t *x, force_t effort)
 {
     const force_t full = faded_by(x->level, x->share);
-    force_t       size = halved(full, x->turns > 1u ? x->turns - 1u : 0u);
+    force_t       size = halved(full, x->turns > 1u ? (x->turns - 1u) & (JOINT_TURNS - 1u) : 0u); // at most 3
     force_t       less = within_of(x->kept, 0, size);
     if (x->alive == 0u)
     {
@@ -318,11 +319,39 @@ static way_t motion(joint_t *x, position_t now, position_t before)
     return moved;
 }
 
+/// Voids the slide and takes the term out at once.
+static void stop(joint_t *x)
+{
+    x->slide.ticks  = JOINT_TICKS_MAX;
+    x->slide.moved  = 0;
+    x->slide.effort = 0;
+    x->direction    = 0;
+    x->level        = 0;
+    x->term         = 0;
+    x->kept         = 0;
+    x->lagged       = 0;
+}
+
+/// Forgets all that a flipped bit may have made infinite, or no number.
+static void forget(joint_t *x)
+{
+    stop(x);
+    x->learned  = 0;
+    x->friction = 0;
+    x->offset   = 0;
+    x->load     = 0;
+    count_one(&x->bad_inputs);
+}
+
 force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t q)
 {
     if (joint->made == 0u)
     {
         return 0;
+    }
+    if (is_corrupt(joint))
+    {
+        forget(joint);
     }
     const bool is_bad = position_is_bad(q_ref) || position_is_bad(q);
     if (is_bad || effort_is_bad(effort))
@@ -372,6 +401,19 @@ void joint_load(joint_t *joint, force_t load)
         return;
     }
     joint->load = load;
+}
+
+void joint_rest(joint_t *joint)
+{
+    stop(joint);
+    joint->runs     = 0;
+    joint->sign     = 0;
+    joint->intended = 0;
+    joint->turns    = 0;
+    joint->still    = joint->params.rest_ticks;
+    joint->alive    = joint->params.rest_ticks;
+    joint->slack    = 0;
+    joint->astray   = 0;
 }
 
 void joint_restore(joint_t *joint)

@@ -87,8 +87,8 @@ const char *tribo_joint_cause_text(tribo_joint_cause_t cause)
     case TRIBO_JOINT_ASTRAY:
         return "astray: the joint moved away from its reference, with its friction term";
     case TRIBO_JOINT_HUNTING:
-        return "hunting: the joint went to and fro about a resting reference";
+        return "hunting: the joint moved back and forth around a resting reference";
     default:
-        return "reversed: the sign of effort or encoder is wrong, as moving the joint gave energy";
+        return "reversed: the sign of effort or encoder is wrong, because moving the joint released energy";
     }
 }

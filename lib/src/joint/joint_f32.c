@@ -77,15 +77,29 @@ static inline force_t mean_effort(long_t work, long_t travel)
     return work / travel;
 }
 
-static inline bool is_too_long(long_t travel)
+static inline bool is_too_long(const tribo_joint_f32_slide_t *slide)
 {
-    (void)travel;
+    (void)slide;
     return false;
+}
+
+/// True if one of the states that last beyond a tick is infinite, no number, or far beyond what inputs can make it.
+static inline bool is_corrupt(const tribo_joint_f32_t *x)
+{
+    const float most   = x->params.effort_max;
+    const float terms  = x->friction + x->level + x->term + x->kept + x->lagged + most * x->direction;
+    const float loaded = x->load + x->offset + x->slide.effort;
+    return exceeds(terms, 16.0f * most) || exceeds(loaded, 4.0f * EFFORT_MAX) ||
+           exceeds(x->slide.moved, x->params.fastest);
 }
 
 static inline force_t halved(force_t size, uint32_t times)
 {
-    return size / (float)(1u << times);
+    for (uint32_t i = times; i > 0u; i--)
+    {
+        size *= 0.5f;
+    }
+    return size;
 }
 
 static inline fade_t fade_step(fade_t share, bool rises, fade_t step)

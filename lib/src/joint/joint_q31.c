@@ -15,6 +15,7 @@ typedef int64_t long_t;
 #define WAY_MAX       (1 << 30) // Q12 of a count
 #define TRAVEL_MAX    1.0e4f    // counts
 #define LONG_MAX_WAY  (INT64_C(1) << 38)
+#define LONG_MAX_WORK (INT64_C(1) << 61)
 #define WORK_FRACTION 256 // of Q31, so that a slide's work fits 64 bits
 #define WORK_SHIFT    23
 #define DIRECTION_ONE (1 << 30)
@@ -93,13 +94,27 @@ static inline force_t mean_effort(long_t work, long_t travel)
         under >>= 1;
         over >>= 1;
     }
-    const int32_t mean = (int32_t)ratio_q31((uint32_t)over, (uint32_t)under);
+    const int32_t mean = over < under ? (int32_t)ratio_q31((uint32_t)over, (uint32_t)under) : INT32_MAX;
     return work < 0 ? -mean : mean;
 }
 
-static inline bool is_too_long(long_t travel)
+static inline bool long_beyond(long_t x, long_t most)
 {
-    return travel > LONG_MAX_WAY || travel < -LONG_MAX_WAY;
+    return x > most || x < -most;
+}
+
+/// True where the sums of the slide would soon overflow.
+static inline bool is_too_long(const tribo_joint_q31_slide_t *slide)
+{
+    return long_beyond(slide->travel, LONG_MAX_WAY) || long_beyond(slide->work, LONG_MAX_WORK) ||
+           long_beyond(slide->slow_work, LONG_MAX_WORK);
+}
+
+/// Every integer is a credible state.
+static inline bool is_corrupt(const tribo_joint_q31_t *x)
+{
+    (void)x;
+    return false;
 }
 
 /// Of a size of 0 or more.
