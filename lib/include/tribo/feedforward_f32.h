@@ -17,7 +17,7 @@
 /// If a result is not ready after 10 ticks, the tick takes it after 20, 30, ... and counts it as late. Late results
 /// slow learning down and do no other harm.
 ///
-/// A tick has at most three divisions; a look-up in a breakaway table adds two. No heap, no libm. One state, one tick,
+/// A tick has at most three divisions, four when r moves on after a hold; a look-up in a breakaway table adds two. No heap, no libm. One state, one tick,
 /// one learner.
 
 #ifndef TRIBO_FEEDFORWARD_F32_H
@@ -63,7 +63,7 @@ typedef struct
     float    L_n;               ///< breakaway at the requested force: V_0 L, and the friction that does not reverse
     float    relative_variance; ///< variance of L in this direction, divided by the prior variance
     float    travel_n; ///< travel learned from, in both directions; without a sensor widths of motion times reversal_n
-    bool     at_bound; ///< learning has hit its limit, 0.2 or 3 times the configured value
+    bool     at_bound; ///< V_0 is 0.2 or less, or at its limit of 3 times the configured value
     bool     stays_at_bound; ///< at four consecutive reversals; latched until a restore or a start
     bool     harms;          ///< feed-forward cost more effort than it saved, so friction is fed back; latched, too
     uint32_t late;           ///< number of samples whose result was late

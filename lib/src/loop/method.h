@@ -65,7 +65,6 @@ static inline force_t loop_method_command(const loop_params_t *params,
     }
     if (memory != NULL)
     {
-        loop_rest(&signals.compensator);
         functions->after(params, memory, output, u, &signals);
     }
     *excess = minus(u, sum);

@@ -1,3 +1,0 @@
-#include "loop_f32.h"
-
-#include "own.h"

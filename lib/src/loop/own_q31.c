@@ -1,3 +1,0 @@
-#include "loop_q31.h"
-
-#include "own.h"
