@@ -188,6 +188,16 @@ double native_axis_excess(const native_axis_t *axis)
                      : (double)tribo_axis_f32_excess(&axis->f32);
 }
 
+void native_axis_rest(native_axis_t *axis)
+{
+    if (axis->q31)
+    {
+        tribo_axis_q31_rest(&axis->fixed);
+        return;
+    }
+    tribo_axis_f32_rest(&axis->f32);
+}
+
 void native_axis_restore(native_axis_t *axis)
 {
     if (axis->q31)
@@ -351,6 +361,16 @@ bool native_joint_gain(native_joint_t *joint, double gain, native_error_t *error
     const tribo_status_t status =
         joint->q31 ? tribo_joint_q31_gain(&joint->fixed, (float)gain) : tribo_joint_f32_gain(&joint->f32, (float)gain);
     return native_accepted(status, error);
+}
+
+void native_joint_rest(native_joint_t *joint)
+{
+    if (joint->q31)
+    {
+        tribo_joint_q31_rest(&joint->fixed);
+        return;
+    }
+    tribo_joint_f32_rest(&joint->f32);
 }
 
 void native_joint_restore(native_joint_t *joint)

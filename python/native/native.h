@@ -147,6 +147,7 @@ void   native_axis_play(native_axis_t *axis, const double *r_n, const double *y_
 double native_axis_error(native_axis_t *axis, double r_n, double y_n);
 double native_axis_command(native_axis_t *axis, double v_n);
 double native_axis_excess(const native_axis_t *axis);
+void   native_axis_rest(native_axis_t *axis);
 void   native_axis_restore(native_axis_t *axis);
 
 /// Learned breakaway, low, high (positive, negative each), travel, times_less, share, bad_inputs, limited_ticks, forgotten, breakaway_factor. Then the
@@ -171,6 +172,7 @@ void            native_joint_play(native_joint_t *joint,
                                   double         *u);
 void            native_joint_load(native_joint_t *joint, double load);
 bool            native_joint_gain(native_joint_t *joint, double gain, native_error_t *error);
+void            native_joint_rest(native_joint_t *joint);
 void            native_joint_restore(native_joint_t *joint);
 
 /// Force, low, high.

@@ -150,7 +150,8 @@ class Axis:
         self.sample_time_s = sample_time_s
 
     def change(self, **keywords: Unpack[AxisChanges]) -> None:
-        """Changes keywords from the next tick on. u does not jump, and learned values stay. A refusal changes nothing."""
+        """Changes keywords from the next tick on. u does not jump. Learned values stay, unless breakaway or gravity_N
+        differ, to which they refer. A refusal changes nothing."""
         unknown = sorted(set(keywords) - set(AxisChanges.__annotations__))
         if unknown:
             raise TypeError(f"change() got an unexpected keyword argument {unknown[0]!r}")
@@ -199,6 +200,10 @@ class Axis:
         while (warning := lib.native_axis_warning(self._axis)) != ffi.NULL:
             warnings.append(text(warning))
         return AxisReport((x[0], x[1]), (x[2], x[3]), (x[4], x[5]), x[6], x[7], x[8], int(x[9]), int(x[10]), int(x[11]), x[12], tuple(warnings))
+
+    def rest(self) -> None:
+        """Puts the axis to rest: the next tick is the first one, with what was learned."""
+        lib.native_axis_rest(self._axis)
 
     def restore(self) -> None:
         """Clears the latches of guard and monitor: friction returns in full."""
@@ -301,6 +306,10 @@ class Joint:
         if not lib.native_joint_gain(self._joint, gain, error):
             raise raised(error)
         self._gain = gain
+
+    def rest(self) -> None:
+        """Puts the joint to rest: the next tick is the first one, with what was learned."""
+        lib.native_joint_rest(self._joint)
 
     def restore(self) -> None:
         """Brings the term back. Remove the guard's cause first."""

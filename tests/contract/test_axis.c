@@ -266,7 +266,7 @@ static void test_the_halves_and_a_change_are_those_of_the_loop(void)
     static axis_params_t    other;
     config.controller = tribo_own();
     TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
-    config.positive.slope = 0.35f;
+    config.arm_lag_s = 0.009f;
     TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&other, &config));
 
     static TRIBO(feedforward, memory_t) memory;
@@ -473,6 +473,7 @@ static void test_another_config_does_not_bump_and_keeps_what_is_learned(void)
     TEST_ASSERT_EQUAL(TRIBO_ERR_FULL_SCALE, TRIBO(axis, change)(&axis, &next));
     next.full_scale_n *= 0.5f;
     TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, &next));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_ORDER, TRIBO(axis, change)(&axis, &next)); // in use
     (void)run(&axis, &plant, 4 * PERIOD + 500, 4 * PERIOD + 700, &jump);
     ASSERT_BELOW(2.0 * usual + 1e-5, jump);
 
@@ -481,6 +482,114 @@ static void test_another_config_does_not_bump_and_keeps_what_is_learned(void)
     TEST_ASSERT_FLOAT_WITHIN(0.01f * before.breakaway_n[0], before.breakaway_n[0], after.breakaway_n[0]);
     (void)run(&axis, &plant, 4 * PERIOD + 700, 6 * PERIOD, &jump);
     ASSERT_BELOW(2.5e-3, run(&axis, &plant, 6 * PERIOD, 7 * PERIOD, &jump));
+}
+
+/// What was learned refers to the configured breakaway and load, so it would be wrong beside others.
+static void test_another_breakaway_or_load_forgets_what_was_learned(void)
+{
+    for (int of_load = 0; of_load < 2; of_load++)
+    {
+        double               jump;
+        double               usual;
+        plant_t              plant = {0};
+        static axis_params_t next;
+        tribo_axis_report_t  before;
+        tribo_axis_report_t  after;
+
+        tribo_axis_f32_config_t config = rig(0.7f);
+        TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+        (void)run(&axis, &plant, 0, 4 * PERIOD + 300, &jump);
+        (void)run(&axis, &plant, 4 * PERIOD + 300, 4 * PERIOD + 500, &usual);
+        axis.feedforward.late      = 3;
+        axis.feedforward.forgotten = 4;
+        TRIBO(axis, report)(&axis, &before);
+        config.gravity_n         = of_load != 0 ? 0.01f : 0.0f;
+        config.positive.offset_n = of_load != 0 ? 0.021f : 0.025f;
+        TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&next, &config));
+        TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, &next));
+        TRIBO(axis, report)(&axis, &after);
+        TEST_ASSERT_TRUE(before.travel_n > 0.0f && after.travel_n == 0.0f);
+        TEST_ASSERT_EQUAL(3, after.late);
+        TEST_ASSERT_EQUAL(4, after.forgotten);
+        (void)run(&axis, &plant, 4 * PERIOD + 500, 4 * PERIOD + 700, &jump);
+        ASSERT_BELOW(2.0 * usual + 1e-5, jump);
+    }
+}
+
+/// The learned load is held in units of the breakaway at the usual force. Another usual force leaves it as it is.
+static void test_another_usual_force_keeps_the_learned_load(void)
+{
+    double                  jump;
+    plant_t                 plant = {0};
+    static axis_params_t    next;
+    tribo_axis_report_t     before;
+    tribo_axis_report_t     after;
+    tribo_axis_f32_config_t config = rig(1.0f);
+    config.negative                = (tribo_breakaway_f32_t){0.05f, 0.3f}; // a load of 0.01 N, which is not there
+    config.usual_force_n           = 0.3f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    (void)run(&axis, &plant, 0, 4 * PERIOD, &jump);
+    TRIBO(axis, report)(&axis, &before);
+    config.usual_force_n = 0.1f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&next, &config));
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, &next));
+    next.usual_force_n = axis.params.usual_force_n; // both reports at the same force
+    TRIBO(axis, report)(&axis, &after);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, before.breakaway_n[0], after.breakaway_n[0]);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, before.breakaway_n[1], after.breakaway_n[1]);
+    TEST_ASSERT_TRUE(fabsf(before.breakaway_n[0] - 0.12f) < 0.01f);
+}
+
+/// The first tick after a time without ticks is like the first one of all, but for what was learned.
+static void test_an_axis_that_rests_starts_from_rest_with_what_it_has_learned(void)
+{
+    const tribo_axis_f32_config_t config = rig(0.7f);
+    tribo_axis_report_t           before;
+    tribo_axis_report_t           after;
+    double                        jump;
+    for (int rests = 0; rests < 2; rests++)
+    {
+        plant_t plant = {0};
+        TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+        TRIBO(axis, rest)(&axis);
+        (void)run(&axis, &plant, 0, 3 * PERIOD + PERIOD / 2, &jump);
+        TRIBO(axis, report)(&axis, &before);
+        if (rests != 0)
+        {
+            TRIBO(axis, rest)(&axis);
+        }
+        const double u = fabs(from_force(TRIBO(axis, step)(&axis, to_force(0.0), to_force(0.0))));
+        TEST_ASSERT_TRUE(rests != 0 ? u < 0.03 : u > 0.15);
+        TRIBO(axis, report)(&axis, &after);
+        TEST_ASSERT_FLOAT_WITHIN(1e-2f, before.travel_n, after.travel_n);
+        TEST_ASSERT_EQUAL(before.limited_ticks, after.limited_ticks);
+    }
+}
+
+static void test_a_tick_in_the_way_of_another_controller_is_a_warning(void)
+{
+    for (int is_own = 0; is_own < 2; is_own++)
+    {
+        for (int halves = 0; halves < 2; halves++)
+        {
+            tribo_axis_f32_config_t config = rig(1.0f);
+            tribo_axis_report_t     seen;
+            config.controller = is_own != 0 ? tribo_own() : config.controller;
+            TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+            if (halves != 0)
+            {
+                (void)TRIBO(axis, command)(&axis, TRIBO(axis, error)(&axis, 0, 0));
+            }
+            else
+            {
+                (void)TRIBO(axis, step)(&axis, 0, 0);
+            }
+            TRIBO(axis, report)(&axis, &seen);
+            const char *const said = tribo_axis_warning(&seen.warnings);
+            TEST_ASSERT_TRUE((said != NULL) == (is_own != halves));
+            TEST_ASSERT_TRUE(said == NULL || strncmp(said, "calls: ", 7) == 0);
+        }
+    }
 }
 
 static void test_what_is_learned_outlives_a_loss_of_power(void)

@@ -13,8 +13,11 @@
 ///     u = tribo_axis_f32_command(&axis, my_pid(e));
 ///     my_integral += my_gain * tribo_axis_f32_excess(&axis);
 ///
-/// Not synchronized: one axis, one tick. A tick costs a tick of the force loop and 10 instructions, and cannot fail. Do
-/// not move or copy an axis, because it points to itself.
+/// Not synchronized: one axis, one tick. A tick costs a tick of the force loop and 10 instructions, every tenth one
+/// also about 2,000 floating-point operations to learn (48,000 instructions without an FPU), and cannot fail. Do not
+/// move or copy an axis, because it points to itself. Keep it in zeroed memory until its init succeeds: only then do
+/// the other functions know that it is empty. Its params hold pointers to code and lie in RAM; the loop trusts them
+/// (force_loop_f32.h).
 
 #ifndef TRIBO_AXIS_F32_H
 #define TRIBO_AXIS_F32_H
@@ -72,9 +75,10 @@ typedef struct
     /// Learned breakaway at the usual force; TRIBO_BREAKAWAY_POSITIVE and _NEGATIVE are the indices.
     float breakaway_n[2];
     float low_n[2], high_n[2]; ///< 95 % interval of the breakaway
-    float breakaway_factor;    ///< 1. If the configured breakaway is far too small 3, and high_n is 1e6 N; if it is far
-                               ///< too large 0.2: multiply it by this and initialise the axis again
-    float travel_n;            ///< travel that was learned from
+    /// Multiply the configured breakaway by this and initialise again: 3 if it is far too small (high_n is then 1e6 N),
+    /// 0.2 if it is far too large, otherwise 1.
+    float breakaway_factor;
+    float travel_n;   ///< travel that was learned from
     float times_less; ///< factor by which compensation reduces the controller's work at a reversal, 0.25 to 100; 0: not
                       ///< known, because no reversal was judged or friction is fed back
     float    share;   ///< part of friction that the guard lets through, 0 to 1
@@ -89,15 +93,15 @@ typedef struct
 typedef struct
 {
     uint32_t version; ///< TRIBO_AXIS_F32_BLOB_VERSION
-    uint32_t rig;     ///< checksum of the config's breakaway, usual force and presliding
+    uint32_t rig;     ///< checksum of the config's breakaway, usual force, gravity and presliding
     uint32_t learned[TRIBO_AXIS_LEARNED_WORDS];
     uint32_t checksum; ///< CRC-32 of the members above
 } tribo_axis_f32_blob_t;
 
-#define TRIBO_AXIS_F32_BLOB_VERSION UINT32_C(0x54413132) ///< changes with the meaning of any bit
+#define TRIBO_AXIS_F32_BLOB_VERSION UINT32_C(0x54413133) ///< changes with the meaning of any bit
 
 /// Returns a PI, v = kp e + ki (integral of e), integrated by the bilinear rule. kp is newtons of u per newton of
-/// error, 1e-6 to 1e5. ki is kp per second, 0 to 1e5, and times the sample time at most 2 kp. Tune both for the arm
+/// error, 1e-6 to 1e5. ki_per_s is in 1/s, 0 to 1e5, and times the sample time at most 2 kp. Tune both for the arm
 /// without friction.
 tribo_axis_controller_t tribo_pi(float kp, float ki_per_s);
 
@@ -108,7 +112,8 @@ tribo_axis_controller_t tribo_sections(const tribo_biquad_f32_section_t *section
 /// Returns the paper's controller, for 1 ms and an arm like the paper's.
 tribo_axis_controller_t tribo_paper(void);
 
-/// Says that you run your own controller between tribo_axis_f32_error and _command.
+/// Says that you run your own controller between tribo_axis_f32_error and _command. A change to or from it drops the
+/// output of that controller from u.
 tribo_axis_controller_t tribo_own(void);
 
 /// Returns the beginning of a config. Everything that depends on the rig is 0, and the init refuses it field by field
@@ -121,7 +126,8 @@ tribo_axis_f32_config_t tribo_axis_f32_config(void);
 tribo_status_t tribo_axis_f32_init(tribo_axis_f32_t *axis, const tribo_axis_f32_config_t *config);
 
 /// Runs one tick: returns u in N, within its limits for any r and y, or 0 before the init. Every 10 ticks it also
-/// learns.
+/// learns. After a time without ticks, for example while the drive was off, call tribo_axis_f32_rest first: otherwise u
+/// continues from its old value.
 float tribo_axis_f32_step(tribo_axis_f32_t *axis, float r_n, float y_n);
 
 /// The first half of a tick with tribo_own: returns the error for your controller. tribo_force_loop_f32_error explains
@@ -134,23 +140,29 @@ float tribo_axis_f32_command(tribo_axis_f32_t *axis, float v_n);
 /// Returns what the limit cut off in the last command: u minus the unlimited sum, 0 within the limits.
 float tribo_axis_f32_excess(const tribo_axis_f32_t *axis);
 
-/// Writes the report; all of it is 0 before the init. Not for the tick.
+/// Writes the report; before the init share and breakaway_factor are 1 and the rest is 0. Not for the tick.
 void tribo_axis_f32_report(const tribo_axis_f32_t *axis, tribo_axis_report_t *report);
 
 /// Returns the sentence for one bit of `warnings` and clears that bit; null if no bit is set.
 const char *tribo_axis_warning(uint32_t *warnings);
 
-/// Clears the latched warnings and lets all friction through again. Call it on command, once the cause is found.
-/// Learned values stay.
+/// Puts the axis to rest, between two ticks: the next tick is the first one. Learned values, counters and what the guard
+/// has latched stay.
+void tribo_axis_f32_rest(tribo_axis_f32_t *axis);
+
+/// Clears what guard and learner have latched, and lets all friction through again. Call it between two ticks, on
+/// command, once the cause is found. Learned values stay, and so do counters and their warnings.
 void tribo_axis_f32_restore(tribo_axis_f32_t *axis);
 
 /// Prepares params for a change of config while the axis runs. Call it in the background, then call
-/// tribo_axis_f32_change between two ticks. Returns the statuses of tribo_axis_f32_init.
+/// tribo_axis_f32_change between two ticks. Never prepare the params that the axis uses: alternate two. Returns the
+/// statuses of tribo_axis_f32_init.
 tribo_status_t tribo_axis_f32_prepare(tribo_axis_f32_params_t *next, const tribo_axis_f32_config_t *config);
 
-/// Makes the axis use the prepared params from the next tick on. u does not jump, and learned values stay. `next` must
-/// live until the axis has run a tick with other params. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_AXIS_ORDER if
-/// `next` was not prepared or the axis not initialised, or TRIBO_ERR_SAMPLE_TIME if `next` is for another sample time.
+/// Makes the axis use the prepared params from the next tick on. u does not jump. Learned values stay, but are forgotten
+/// if breakaway, gravity_n or presliding differ, to which they refer. `next` must live until the axis has
+/// run a tick with other params. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_AXIS_ORDER if `next` was not prepared or is
+/// in use, or the axis not initialised, or TRIBO_ERR_SAMPLE_TIME if `next` is for another sample time.
 tribo_status_t tribo_axis_f32_change(tribo_axis_f32_t *axis, const tribo_axis_f32_params_t *next);
 
 /// Copies the learned values to `blob`, which is empty before the init. Call it between two ticks.
@@ -172,6 +184,7 @@ struct tribo_axis_f32_params
     float                          sample_time_s, full_scale_n, usual_force_n;
     float                          breakaway_n; ///< configured breakaway at the usual force
     uint32_t                       rig;         ///< checksum of the numbers that the learned values refer to
+    uint8_t                        is_own;      ///< 1: the controller is the caller's
 };
 
 struct tribo_axis_f32
@@ -182,6 +195,7 @@ struct tribo_axis_f32
     tribo_controller_f32_state_t   controller; ///< contains limited_ticks
     uint32_t                       bad_inputs;
     uint8_t                        is_far_below; ///< latched: the configured breakaway is a third of the rig's or less
+    uint8_t                        is_miscalled; ///< latched: a tick was called in the way of another controller
     float                          excess_n;
     tribo_guard_f32_state_t        guard;       ///< before `feedforward`, which so is aligned as its memory
     tribo_feedforward_f32_state_t  feedforward; ///< the last member

@@ -22,14 +22,15 @@ typedef struct
     uint32_t checksum;
 } tribo_axis_q31_blob_t;
 
-#define TRIBO_AXIS_Q31_BLOB_VERSION UINT32_C(0x54413232)
+#define TRIBO_AXIS_Q31_BLOB_VERSION UINT32_C(0x54413233)
 
 /// Initialises an axis. Returns a status of tribo_axis_f32_init, TRIBO_ERR_FULL_SCALE, or TRIBO_ERR_AXIS_BREAKAWAY for a
 /// breakaway too small for the scale. Choose a full scale that holds every force, limit and breakaway, or twice as much.
 tribo_status_t tribo_axis_q31_init(tribo_axis_q31_t *axis, const tribo_axis_f32_config_t *config, float full_scale_n);
 
 /// Learns from the last sample in float32, and returns whether there was one. Call it in the background once in 10
-/// ticks or more often. A late call slows learning down, and `late` of the report counts it.
+/// ticks or more often, on the core of the tick (on another one under a lock). A late call slows learning down, and
+/// `late` of the report counts it.
 bool tribo_axis_q31_learn(tribo_axis_q31_t *axis);
 
 /// Runs one tick, which does not learn: returns u, or 0 before the init.
@@ -44,10 +45,14 @@ int32_t tribo_axis_q31_command(tribo_axis_q31_t *axis, int32_t v);
 /// Returns what the limit cut off in the last command: u minus the unlimited sum, 0 within the limits.
 int32_t tribo_axis_q31_excess(const tribo_axis_q31_t *axis);
 
-/// Writes the report; all of it is 0 before the init. It computes in float32, so do not call it in the tick.
+/// Writes the report, as tribo_axis_f32_report does. It computes in float32, so do not call it in the tick.
 void tribo_axis_q31_report(const tribo_axis_q31_t *axis, tribo_axis_report_t *report);
 
-/// Clears the latched warnings and lets all friction through again. Learned values stay.
+/// Puts the axis to rest, between two ticks: the next tick is the first one. Learned values stay.
+void tribo_axis_q31_rest(tribo_axis_q31_t *axis);
+
+/// Clears what guard and learner have latched, and lets all friction through again. This call, a change, an export and
+/// an import must be made where tribo_axis_q31_learn is called, and no tick may interrupt them.
 void tribo_axis_q31_restore(tribo_axis_q31_t *axis);
 
 /// Prepares params for a change of config while the axis runs. Returns the statuses of tribo_axis_q31_init.
@@ -75,6 +80,7 @@ struct tribo_axis_q31_params
     tribo_guard_q31_params_t       guard;
     float                          sample_time_s, full_scale_n, usual_force_n, breakaway_n;
     uint32_t                       rig;
+    uint8_t                        is_own;
 };
 
 struct tribo_axis_q31
@@ -85,6 +91,7 @@ struct tribo_axis_q31
     tribo_controller_q31_state_t   controller; ///< contains limited_ticks
     uint32_t                       bad_inputs;
     uint8_t                        is_far_below; ///< latched: the configured breakaway is a third of the rig's or less
+    uint8_t                        is_miscalled; ///< latched: a tick was called in the way of another controller
     int32_t                        excess;
     tribo_guard_q31_state_t        guard;       ///< before `feedforward`, which so is aligned as its memory
     tribo_feedforward_q31_state_t  feedforward; ///< the last member

@@ -131,10 +131,10 @@ extern "C" {
     REFUSAL(PI, "controller", "controller kp, ki_per_s: kp 1e-6 to 1e5, ki_per_s 0 to 1e5 1/s and times sample_time_s at most 2 kp; if not 0, times sample_time_s over 1e-8 kp, q31: over 1.2e-7 kp") \
     REFUSAL(AXIS_LAG, "compensator.arm", "arm_lag_s: 0 to 1000 sample times") \
     REFUSAL(AXIS_NOISE, "", "noise_n: 0 to 1e6 N") \
-    REFUSAL(AXIS_ORDER, "", "order of calls: the init comes first, and prepare before change") \
+    REFUSAL(AXIS_ORDER, "", "order of calls: the init comes first, and prepare before change, never of the params in use") \
     REFUSAL(BLOB_VERSION, "", "blob version: of another version or arithmetic of tribo") \
     REFUSAL(BLOB_CHECKSUM, "", "blob checksum: not of these bytes") \
-    REFUSAL(BLOB_RIG, "", "blob rig: learned with another config, whose breakaway or full scale it refers to") \
+    REFUSAL(BLOB_RIG, "", "blob rig: learned with another config, whose breakaway, load or full scale it refers to") \
     REFUSAL(JOINT_EFFORT, "", "joint effort_max: 1e-6 to 1e6") \
     REFUSAL(JOINT_TRAVEL, "", "joint travel: 1e-9 to 1e6; q31: 1 to 1e4 counts") \
     REFUSAL(JOINT_BREAKAWAY, "", "joint breakaway: 0 to effort_max") \

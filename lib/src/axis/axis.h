@@ -1,6 +1,7 @@
 // A force axis. This text serves both arithmetics and is included by axis_f32.c and axis_q31.c, after the functions
 // that differ.
 
+#include "../feedforward/learner.h"
 #include "../loop/method.h"
 #include "axis_config.h"
 
@@ -10,6 +11,7 @@
 #define axis_command NAME(axis, command)
 #define axis_excess  NAME(axis, excess)
 #define axis_report  NAME(axis, report)
+#define axis_rest    NAME(axis, rest)
 #define axis_restore NAME(axis, restore)
 #define axis_change  NAME(axis, change)
 #define axis_export  NAME(axis, export)
@@ -48,6 +50,7 @@ static tribo_status_t prepare(axis_params_t *params, const tribo_axis_f32_config
         made.usual_force_n  = tribo_force_loop_f32_usual_force_n(&loop);
         made.breakaway_n    = tribo_axis_config_breakaway(&loop);
         made.rig            = tribo_axis_config_rig(&loop, config, full_scale_n);
+        made.is_own         = config->controller.kind == TRIBO_CONTROLLER_OWN;
         *params             = made;
         params->loop.method = &params->feedforward.method;
         params->loop.guard  = &params->guard;
@@ -81,6 +84,7 @@ static tribo_status_t start(axis_t *axis, const tribo_axis_f32_config_t *config,
         axis->OF(excess)   = 0;
         axis->bad_inputs   = 0;
         axis->is_far_below = 0;
+        axis->is_miscalled = 0;
         NAME(guard, reset)(&axis->guard);
         NAME(controller, reset)(&axis->controller);
         NAME(feedforward, reset)(&axis->feedforward);
@@ -116,6 +120,7 @@ force_t axis_step(axis_t *axis, force_t r, force_t y)
     {
         return 0;
     }
+    axis->is_miscalled |= axis->active->is_own;
     loop_functions_t functions;
     loop_signals_t   unseen;
     const force_t    e = begin(axis, r, y, &functions);
@@ -127,8 +132,13 @@ force_t axis_step(axis_t *axis, force_t r, force_t y)
 
 force_t axis_error(axis_t *axis, force_t r, force_t y)
 {
+    if (axis->active == NULL)
+    {
+        return 0;
+    }
+    axis->is_miscalled |= axis->active->is_own == 0u;
     loop_functions_t functions;
-    return axis->active != NULL ? begin(axis, r, y, &functions) : 0;
+    return begin(axis, r, y, &functions);
 }
 
 force_t axis_command(axis_t *axis, force_t v)
@@ -173,7 +183,7 @@ void axis_report(const axis_t *axis, tribo_axis_report_t *report)
     report->limited_ticks = axis->controller.limited_ticks;
     report->forgotten     = learned.forgotten;
     report->late          = learned.late;
-    tribo_axis_report_warn(report, &learned, axis->guard.cause);
+    tribo_axis_report_warn(report, &learned, axis->guard.cause, axis->is_miscalled != 0u);
     tribo_axis_report_far(report,
                           &axis->active->feedforward.learning,
                           &axis->feedforward.learner,
@@ -181,33 +191,23 @@ void axis_report(const axis_t *axis, tribo_axis_report_t *report)
                           learned.stays_at_bound);
 }
 
+void axis_rest(axis_t *axis)
+{
+    const uint32_t limited_ticks = axis->controller.limited_ticks;
+    NAME(controller, reset)(&axis->controller);
+    axis->controller.limited_ticks = limited_ticks;
+    axis->ran                      = NULL;
+    axis->OF(excess)               = 0;
+    axis->guard.running            = 0;
+    axis->feedforward.mode         = TRIBO_FEEDFORWARD_RESTART;
+    axis->feedforward.tick.has_e   = false;
+}
+
 void axis_restore(axis_t *axis)
 {
     NAME(guard, restore)(&axis->guard);
     NAME(feedforward, restore)(&axis->feedforward);
     axis->is_far_below = 0;
-}
-
-tribo_status_t axis_change(axis_t *axis, const axis_params_t *next)
-{
-    if (axis == NULL || next == NULL)
-    {
-        return TRIBO_ERR_NULL;
-    }
-    if (axis->active == NULL || next->loop.method == NULL)
-    {
-        return TRIBO_ERR_AXIS_ORDER;
-    }
-    if (next->sample_time_s != axis->active->sample_time_s)
-    {
-        return TRIBO_ERR_SAMPLE_TIME;
-    }
-    if (next->full_scale_n != axis->active->full_scale_n)
-    {
-        return TRIBO_ERR_FULL_SCALE;
-    }
-    axis->active = next;
-    return TRIBO_OK;
 }
 
 /// Copies bytes, because a struct assignment may leave out those between members.
@@ -221,15 +221,72 @@ static void copy_bytes(void *to, const void *from, size_t size)
     }
 }
 
+/// Replaces what was learned by the words of a blob, or by nothing. b takes over, so that u continues.
+static void relearn(axis_t *axis, const uint32_t *learned)
+{
+    NAME(feedforward, state_t) *const x = &axis->feedforward;
+
+    const bool     was_running = x->mode != TRIBO_FEEDFORWARD_RESTART;
+    const force_t  term        = x->tick.OF(term);
+    const uint32_t late        = x->late;
+    const uint32_t forgotten   = x->forgotten + x->learner.forgotten;
+    NAME(feedforward, reset)(x);
+    if (learned != NULL)
+    {
+        copy_bytes(&x->learner, learned, TRIBO_AXIS_LEARNED_WORDS * sizeof *learned);
+    }
+    x->late      = late;
+    x->forgotten = forgotten;
+    if (was_running)
+    {
+        loop_functions_t functions;
+        NAME(feedforward, method)(&functions);
+        functions.enter(axis_memory(axis), term, true);
+    }
+}
+
+tribo_status_t axis_change(axis_t *axis, const axis_params_t *next)
+{
+    if (axis == NULL || next == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    if (axis->active == NULL || next->loop.method == NULL || next == axis->active)
+    {
+        return TRIBO_ERR_AXIS_ORDER;
+    }
+    if (next->sample_time_s != axis->active->sample_time_s)
+    {
+        return TRIBO_ERR_SAMPLE_TIME;
+    }
+    if (next->full_scale_n != axis->active->full_scale_n)
+    {
+        return TRIBO_ERR_FULL_SCALE;
+    }
+    if (next->rig != axis->active->rig)
+    {
+        relearn(axis, NULL);
+    }
+    tribo_learner_rescale(&axis->feedforward.learner, axis->active->breakaway_n / next->breakaway_n);
+    axis->active = next;
+    return TRIBO_OK;
+}
+
 static uint32_t checksum_of(const axis_blob_t *blob)
 {
     return tribo_axis_checksum(blob, offsetof(axis_blob_t, checksum));
 }
 
+/// A blob is for the same breakaway at the usual force as well, because its load is in units of that.
+static uint32_t rig_of_blob(const axis_params_t *params)
+{
+    return params->rig ^ bits_f32(params->breakaway_n);
+}
+
 void axis_export(const axis_t *axis, axis_blob_t *blob)
 {
     *blob     = (axis_blob_t){.version = BLOB_VERSION};
-    blob->rig = axis->active != NULL ? axis->active->rig : 0u;
+    blob->rig = axis->active != NULL ? rig_of_blob(axis->active) : 0u;
     copy_bytes(blob->learned, &axis->feedforward.learner, sizeof blob->learned);
     blob->checksum = checksum_of(blob);
 }
@@ -252,19 +309,10 @@ tribo_status_t axis_import(axis_t *axis, const axis_blob_t *blob)
     {
         return TRIBO_ERR_BLOB_CHECKSUM;
     }
-    if (blob->rig != axis->active->rig)
+    if (blob->rig != rig_of_blob(axis->active))
     {
         return TRIBO_ERR_BLOB_RIG;
     }
-    const bool    was_running = axis->feedforward.mode != TRIBO_FEEDFORWARD_RESTART;
-    const force_t term        = axis->feedforward.tick.OF(term);
-    NAME(feedforward, reset)(&axis->feedforward);
-    copy_bytes(&axis->feedforward.learner, blob->learned, sizeof blob->learned);
-    if (was_running) // b takes over, so that u continues with the imported weights
-    {
-        loop_functions_t functions;
-        NAME(feedforward, method)(&functions);
-        functions.enter(axis_memory(axis), term, true);
-    }
+    relearn(axis, blob->learned);
     return TRIBO_OK;
 }

@@ -32,6 +32,7 @@
 #define WARN_TOO_LARGE 256u
 #define WARN_LONG      512u
 #define WARN_SHORT     1024u
+#define WARN_CALLS     2048u
 
 tribo_axis_controller_t tribo_pi(float kp, float ki_per_s)
 {
@@ -204,7 +205,7 @@ uint32_t tribo_axis_config_rig(const tribo_force_loop_f32_config_t *loop,
                              friction->positive.slope,
                              friction->negative.offset_n,
                              friction->negative.slope,
-                             tribo_axis_config_breakaway(loop),
+                             friction->gravity_n,
                              config->feedforward.presliding_n,
                              full_scale_n};
     return tribo_axis_checksum(numbers, sizeof numbers);
@@ -233,13 +234,14 @@ static uint32_t bit_if(bool is_set, uint32_t bit)
 
 void tribo_axis_report_warn(tribo_axis_report_t               *report,
                             const tribo_feedforward_learned_t *learned,
-                            tribo_guard_cause_t                cause)
+                            tribo_guard_cause_t                cause,
+                            bool                               is_miscalled)
 {
     report->warnings =
         bit_if(report->bad_inputs > 0u, WARN_BAD_INPUT) | bit_if(report->limited_ticks > 0u, WARN_LIMITED) |
         bit_if(learned->harms, WARN_HARMS) | bit_if(cause == TRIBO_GUARD_HUNTING, WARN_HUNTING) |
         bit_if(cause == TRIBO_GUARD_OVERSHOOT, WARN_OVERSHOOT) | bit_if(report->forgotten > 0u, WARN_FORGOTTEN) |
-        bit_if(report->late > 0u && learned->travel_n == 0.0f, WARN_LATE);
+        bit_if(report->late > 0u && learned->travel_n == 0.0f, WARN_LATE) | bit_if(is_miscalled, WARN_CALLS);
 }
 
 bool tribo_axis_is_far_below(const tribo_feedforward_learning_t *learning,
@@ -318,6 +320,9 @@ const char *tribo_axis_warning(uint32_t *warnings)
         return "forgotten: corrupt memory was found and reset, or a tick's first half was called without its second";
     case WARN_LATE:
         return "late: nothing is learned, because nobody calls tribo_axis_q31_learn";
+    case WARN_CALLS:
+        return "calls: tribo_own runs by tribo_axis_..._error and _command, any other controller by "
+               "tribo_axis_..._step";
     default:
         return NULL;
     }

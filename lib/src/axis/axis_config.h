@@ -29,7 +29,8 @@ float tribo_axis_config_breakaway(const tribo_force_loop_f32_config_t *loop);
 /// CRC-32 (IEEE 802.3) of `size` bytes.
 uint32_t tribo_axis_checksum(const void *bytes, size_t size);
 
-/// Checksum of the config numbers that learned values refer to. Learned values of another rig do not fit.
+/// Checksum of the config numbers that learned values refer to, except the breakaway at the usual force. Learned values
+/// of another rig do not fit.
 uint32_t tribo_axis_config_rig(const tribo_force_loop_f32_config_t *loop,
                                const tribo_axis_f32_config_t       *config,
                                float                                full_scale_n);
@@ -49,7 +50,8 @@ bool tribo_axis_is_far_below(const tribo_feedforward_learning_t *learning,
 /// Fills in the warnings of a report with its counters, except those of tribo_axis_report_far.
 void tribo_axis_report_warn(tribo_axis_report_t               *report,
                             const tribo_feedforward_learned_t *learned,
-                            tribo_guard_cause_t                cause);
+                            tribo_guard_cause_t                cause,
+                            bool                               is_miscalled);
 
 /// Completes a report by times_less, breakaway_factor and the warnings of a wrong breakaway or presliding. `is_far_below` and
 /// `stays_at_bound` are latched. A configured breakaway whose friction did harm and is learned as

@@ -94,6 +94,13 @@ float tribo_learner_load(const tribo_feedforward_learning_t *p, const tribo_feed
     return p->deviation[WEIGHTS] * x->a[WEIGHTS] + p->deviation[WEIGHTS + 1u] * x->a[WEIGHTS + 1u] * force_n;
 }
 
+void tribo_learner_rescale(tribo_feedforward_learner_t *x, float factor)
+{
+    check(x);
+    x->a[WEIGHTS] *= factor;
+    x->seal = seal_of(x);
+}
+
 /// Starts a run: the arm is at rest, and nothing is known of its friction state.
 static void start_run(tribo_feedforward_learner_t *x, const learner_sample_t *sample)
 {

@@ -49,6 +49,7 @@ movable_force_t SYS_AXIS(error)(movable_axis_t *axis, movable_force_t r, movable
 movable_force_t SYS_AXIS(command)(movable_axis_t *axis, movable_force_t v);
 movable_force_t SYS_AXIS(excess)(const movable_axis_t *axis);
 void            SYS_AXIS(report)(movable_axis_t *axis, axis_report_t *report);
+void            SYS_AXIS(rest)(movable_axis_t *axis);
 void            SYS_AXIS(restore)(movable_axis_t *axis);
 void            SYS_AXIS(export)(movable_axis_t *axis, uint8_t *bytes);
 int32_t         SYS_AXIS(import)(movable_axis_t *axis, const uint8_t *bytes, size_t size);
@@ -144,6 +145,11 @@ void SYS_AXIS(report)(movable_axis_t *axis, axis_report_t *report)
                               now.forgotten,
                               now.late,
                               now.warnings};
+}
+
+void SYS_AXIS(rest)(movable_axis_t *axis)
+{
+    MOVABLE(axis, rest)(movable_axis_here(axis));
 }
 
 void SYS_AXIS(restore)(movable_axis_t *axis)

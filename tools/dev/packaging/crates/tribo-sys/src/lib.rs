@@ -167,6 +167,8 @@ macro_rules! arithmetic {
                 pub fn axis_excess(axis: *const $axis) -> $force;
                 #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_report")]
                 pub fn axis_report(axis: *mut $axis, report: *mut AxisReport);
+                #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_rest")]
+                pub fn axis_rest(axis: *mut $axis);
                 #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_restore")]
                 pub fn axis_restore(axis: *mut $axis);
                 #[link_name = concat!("tribo_sys_axis_", stringify!($name), "_export")]
@@ -182,6 +184,8 @@ macro_rules! arithmetic {
                 pub fn joint_load(joint: *mut $joint, load: $force);
                 #[link_name = concat!("tribo_sys_joint_", stringify!($name), "_gain")]
                 pub fn joint_gain(joint: *mut $joint, gain: f32) -> i32;
+                #[link_name = concat!("tribo_joint_", stringify!($name), "_rest")]
+                pub fn joint_rest(joint: *mut $joint);
                 #[link_name = concat!("tribo_joint_", stringify!($name), "_restore")]
                 pub fn joint_restore(joint: *mut $joint);
                 #[link_name = concat!("tribo_sys_joint_", stringify!($name), "_force")]

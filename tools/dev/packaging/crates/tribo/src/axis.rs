@@ -128,6 +128,11 @@ macro_rules! axis {
                 done(unsafe { tribo_sys::$sys::axis_change(&mut self.0, config) })
             }
 
+            /// At rest: the next tick is the first one, with what is learned. For the tick after the drive was off.
+            pub fn rest(&mut self) {
+                unsafe { tribo_sys::$sys::axis_rest(&mut self.0) }
+            }
+
             /// Friction comes back in full, once the cause is found.
             pub fn restore(&mut self) {
                 unsafe { tribo_sys::$sys::axis_restore(&mut self.0) }

@@ -93,6 +93,11 @@ macro_rules! joint {
                 done(unsafe { tribo_sys::$sys::joint_gain(&mut self.0, gain) })
             }
 
+            /// At rest: the next tick is the first one, with what is learned. For the tick after the drive was off.
+            pub fn rest(&mut self) {
+                unsafe { tribo_sys::$sys::joint_rest(&mut self.0) }
+            }
+
             /// The term comes back, once the cause is found.
             pub fn restore(&mut self) {
                 unsafe { tribo_sys::$sys::joint_restore(&mut self.0) }
