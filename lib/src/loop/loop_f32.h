@@ -1,4 +1,4 @@
-// The loop's operations in single precision, in addition to number/words_f32.h. loop.h, begin.h, step.h and
+// The loop's operations in single precision, in addition to number/words_f32.h. loop.h, begin.h, step.h, own.h and
 // hand_over.h use them.
 
 #ifndef TRIBO_LOOP_LOOP_F32_H

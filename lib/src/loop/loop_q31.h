@@ -1,4 +1,4 @@
-// The loop's operations in fixed point, in addition to number/words_q31.h. loop.h, begin.h, step.h and
+// The loop's operations in fixed point, in addition to number/words_q31.h. loop.h, begin.h, step.h, own.h and
 // hand_over.h use them.
 
 #ifndef TRIBO_LOOP_LOOP_Q31_H

@@ -2,10 +2,8 @@
 
 #include "begin.h"
 
-#define loop_start       NAME(force_loop, start)
-#define loop_step        NAME(force_loop, step)
-#define loop_own_error   NAME(force_loop, error)
-#define loop_own_command NAME(force_loop, command)
+#define loop_start NAME(force_loop, start)
+#define loop_step  NAME(force_loop, step)
 
 tribo_status_t loop_start(loop_state_t *state, const loop_params_t *params, bool keep_learned)
 {
@@ -65,24 +63,4 @@ force_t loop_step(const loop_params_t *params, loop_state_t *state, force_t r, f
         loop_rest(&seen->compensator);
     }
     return u;
-}
-
-// A tick in two halves, between which the caller runs a controller of its own.
-
-force_t loop_own_error(const loop_params_t *params, loop_state_t *state, force_t r, force_t y)
-{
-    loop_begun_t begun;
-    return loop_begin(params, state, r, y, &begun);
-}
-
-force_t loop_own_command(const loop_params_t *params, loop_state_t *state, force_t v, force_t *excess)
-{
-    void *const      memory = params->method != NULL ? loop_memory(state) : NULL;
-    loop_functions_t functions;
-    if (memory != NULL)
-    {
-        params->method->functions(&functions);
-    }
-    loop_activate(state, params);
-    return loop_method_command(params, &state->controller, &state->bad_inputs, &functions, memory, v, excess);
 }

@@ -1,0 +1,3 @@
+#include "loop_f32.h"
+
+#include "own.h"

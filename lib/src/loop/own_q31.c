@@ -1,0 +1,3 @@
+#include "loop_q31.h"
+
+#include "own.h"
