@@ -6,6 +6,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <signal.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -24,7 +25,7 @@ static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
 
 #define ENDING (sizeof ending / sizeof ending[0])
 
-/// Removes the folders that were made for files that do not come, if they are empty.
+/// Removes the folders that were made for files that are not written, if they are empty.
 static void remove_made(void)
 {
     char *path = made;
@@ -206,17 +207,42 @@ static bool open_regular(common_output_file_t *file, const struct stat *old)
     const bool opened = open_next_to(file);
     if (opened && old != NULL)
     {
-        (void)!fchown(fileno(file->stream), old->st_uid, old->st_gid);
+        (void)!fchown(fileno(file->stream), (uid_t)-1, old->st_gid); // a user may give a file to a group of theirs
+        (void)!fchown(fileno(file->stream), old->st_uid, (gid_t)-1);
         (void)fchmod(fileno(file->stream), old->st_mode & 07777u);
     }
     return opened;
 }
 
-/// Opening these names would start at the beginning of a file that a shell appends to.
+/// Returns the descriptor that a path names, standard output without a path, -1 for any other path. Opening such a name
+/// would start at the beginning of a file that a shell appends to.
+static int descriptor_of(const char *path)
+{
+    static const char *const folders[] = {"/dev/fd/", "/proc/self/fd/"};
+    if (path == NULL || strcmp(path, "/dev/stdout") == 0)
+    {
+        return STDOUT_FILENO;
+    }
+    if (strcmp(path, "/dev/stderr") == 0)
+    {
+        return STDERR_FILENO;
+    }
+    for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++)
+    {
+        const size_t length = strlen(folders[i]);
+        char        *end    = NULL;
+        const long   number = strncmp(path, folders[i], length) == 0 ? strtol(path + length, &end, 10) : -1;
+        if (number >= 0 && number <= INT_MAX && *end == '\0')
+        {
+            return (int)number;
+        }
+    }
+    return -1;
+}
+
 static bool is_standard_output(const char *path)
 {
-    return path == NULL || strcmp(path, "/dev/stdout") == 0 || strcmp(path, "/dev/fd/1") == 0 ||
-           strcmp(path, "/proc/self/fd/1") == 0;
+    return descriptor_of(path) == STDOUT_FILENO;
 }
 
 /// Returns null, or the reason why an existing file must not be replaced. Permissions do not bind root, but a file without
@@ -230,7 +256,15 @@ static const char *why_protected(const char *path, const struct stat *info)
 static const char *open_place(common_output_file_t *file, const char *path)
 {
     struct stat info;
-    const bool  exists = stat(path, &info) == 0;
+    const bool  exists     = stat(path, &info) == 0;
+    const int   descriptor = descriptor_of(path);
+    if (descriptor >= 0)
+    {
+        const int copy = dup(descriptor);
+        file->path     = strdup(path);
+        file->stream   = file->path != NULL && copy >= 0 ? fdopen(copy, "wb") : NULL;
+        return file->stream != NULL ? NULL : strerror(errno);
+    }
     if (exists && !S_ISREG(info.st_mode))
     {
         // Write directly to a device or a pipe, because renaming a file over it would replace it.
@@ -275,7 +309,7 @@ bool common_output_check(const char *path, common_error_t *error)
 {
     struct stat          info;
     common_output_file_t file;
-    if (is_standard_output(path) || (stat(path, &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)))
+    if (descriptor_of(path) >= 0 || (stat(path, &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)))
     {
         return true; // opening a pipe would wait for its reader
     }

@@ -83,6 +83,15 @@ def test_standard_output_by_its_path_is_appended_to(sim, writes, path):
     assert done.returncode == 0 and said.startswith("before\n" + content) and said.endswith("after\n")
 
 
+@pytest.mark.parametrize("path", ["/dev/stderr", "/dev/fd/2", "/proc/self/fd/2"])
+def test_standard_error_by_its_path_is_appended_to(sim, writes, path):
+    command, content = writes
+    log = sim.write("log", "before\n")
+    with open(log, "a", encoding="ascii") as out:
+        subprocess.run([sim.program, *command, path], cwd=sim.folder, stderr=out, stdout=subprocess.DEVNULL, check=True)
+    assert log.read_text().startswith("before\n") and content in log.read_text()
+
+
 def test_a_pipe_gets_the_content(sim, writes):
     command, content = writes
     pipe = sim.folder / "out"

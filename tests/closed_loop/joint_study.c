@@ -7,7 +7,7 @@
 //
 // An error counts at least one count of the encoder. Beside each joint's ratio stands that of the same joint with no friction in it, which bounds
 // what a term can do. Seeds below 4000 were looked at while the method was made; those from 7001 on were not. Exit status 1 where a joint is below
-// 0.9, the median of those where friction is to blame below 3.5, the guard steps in for nothing in more than one of ten, more than MOST (0) joints run away, or
+// 0.9, the median of those where friction is to blame below 3.5, the guard steps in for nothing in more than one of ten, more than MOST (0) events are runaways, or
 // the force is outside its interval too often.
 
 #include "tribo/joint_f32.h"

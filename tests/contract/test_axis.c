@@ -502,6 +502,7 @@ static void test_another_breakaway_or_load_forgets_what_was_learned(void)
         (void)run(&axis, &plant, 4 * PERIOD + 300, 4 * PERIOD + 500, &usual);
         axis.feedforward.late      = 3;
         axis.feedforward.forgotten = 4;
+        axis.is_far_below          = 1;
         TRIBO(axis, report)(&axis, &before);
         config.gravity_n         = of_load != 0 ? 0.01f : 0.0f;
         config.positive.offset_n = of_load != 0 ? 0.021f : 0.025f;
@@ -509,6 +510,7 @@ static void test_another_breakaway_or_load_forgets_what_was_learned(void)
         TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, &next));
         TRIBO(axis, report)(&axis, &after);
         TEST_ASSERT_TRUE(before.travel_n > 0.0f && after.travel_n == 0.0f);
+        TEST_ASSERT_TRUE(before.breakaway_factor == 3.0f && after.breakaway_factor == 1.0f);
         TEST_ASSERT_EQUAL(3, after.late);
         TEST_ASSERT_EQUAL(4, after.forgotten);
         (void)run(&axis, &plant, 4 * PERIOD + 500, 4 * PERIOD + 700, &jump);
@@ -588,6 +590,9 @@ static void test_a_tick_in_the_way_of_another_controller_is_a_warning(void)
             const char *const said = tribo_axis_warning(&seen.warnings);
             TEST_ASSERT_TRUE((said != NULL) == (is_own != halves));
             TEST_ASSERT_TRUE(said == NULL || strncmp(said, "calls: ", 7) == 0);
+            TRIBO(axis, restore)(&axis);
+            TRIBO(axis, report)(&axis, &seen);
+            TEST_ASSERT_EQUAL_UINT32(0, seen.warnings);
         }
     }
 }

@@ -444,6 +444,7 @@ static void test_a_slide_with_too_much_work_is_void(void)
 static void test_a_state_that_is_no_number_is_forgotten_and_learned_anew(void)
 {
     float *const states[] = {&joint.friction,
+                             &joint.spread,
                              &joint.offset,
                              &joint.level,
                              &joint.term,
@@ -467,6 +468,21 @@ static void test_a_state_that_is_no_number_is_forgotten_and_learned_anew(void)
         TEST_ASSERT_FLOAT_WITHIN(0.2f * (float)FRICTION, (float)FRICTION, report().friction);
         TEST_ASSERT_EQUAL(bad + 1u, report().bad_inputs);
     }
+    uint32_t found = 0;
+    for (int way = 0; way < 2;
+         way++) // the mean of the last slide is found once it is learned; the other one is replaced before
+    {
+        plant_t x = {.friction = FRICTION};
+        begin(FRICTION);
+        TRIBO(joint, load)(&joint, 0.01f);
+        (void)moves(&x, 0, 4);
+        joint.slide.mean[way] = 1.0e38f;
+        (void)moves(&x, 4, 20);
+        TEST_ASSERT_FLOAT_WITHIN(0.2f * (float)FRICTION, (float)FRICTION, report().friction);
+        found += report().bad_inputs;
+        TEST_ASSERT_EQUAL_FLOAT(0.01f, joint.load);
+    }
+    TEST_ASSERT_EQUAL(1, found);
 }
 
 #endif

@@ -146,8 +146,8 @@ def test_each_reason_is_of_a_command():
     assert not [row for row in unused if row[0] not in ("CHANGELOG.md", "research/reproduction.md")]
 
 
-def test_the_pages_have_their_commands():
-    assert {"AGENTS.md", "README.md", "docs/control-engineer.md", "docs/firmware-engineer.md", "docs/roboticist.md", "tools/design/README.md", "docs/identification.md", "docs/tools.md", "host_sim/scenarios/README.md"} <= set(PLAYED)
+def test_the_pages_have_their_commands():  # tests/python plays the README's
+    assert {"AGENTS.md", "docs/control-engineer.md", "docs/firmware-engineer.md", "docs/roboticist.md", "tools/design/README.md", "docs/identification.md", "docs/tools.md", "host_sim/scenarios/README.md"} <= set(PLAYED)
     design_page = [command for _, command in PLAYED["tools/design/README.md"]]
     assert [command for command in design_page if "example_rig" in command] == [
         "tribo-design tune example_rig.yaml", "tribo-sim run example_rig.yaml", "tribo-sim params example_rig.yaml --arith q31 --out example_rig.h"]

@@ -139,7 +139,7 @@ static void test_controller_bounds_what_a_limit_takes_at_any_gain(void)
                                              .u_min_n       = -1.0f,
                                              .u_max_n       = 1.0f};
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_controller_q31_init(&params, &config, 1.0f, NULL));
-    TEST_ASSERT_TRUE(params.taken_max < 20000);
+    TEST_ASSERT_TRUE(params.taken_max < 20000); // of 2^31
     check_taken_max();
 }
 

@@ -49,11 +49,12 @@ def check_place(path):
 
 
 def keep_mode(new, old):
-    """Gives a file or a directory the mode of the one that it replaces, if there is one, and its owner if this user may give it away."""
+    """Gives a file or a directory the mode of the one that it replaces, if there is one, and its group and owner where this user may."""
     if old.exists():
         info = old.stat()
-        with contextlib.suppress(PermissionError):
-            os.chown(new, info.st_uid, info.st_gid)
+        for user, group in ((-1, info.st_gid), (info.st_uid, -1)):
+            with contextlib.suppress(PermissionError):
+                os.chown(new, user, group)
         new.chmod(stat.S_IMODE(info.st_mode))
 
 

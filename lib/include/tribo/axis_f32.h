@@ -160,9 +160,9 @@ void tribo_axis_f32_restore(tribo_axis_f32_t *axis);
 tribo_status_t tribo_axis_f32_prepare(tribo_axis_f32_params_t *next, const tribo_axis_f32_config_t *config);
 
 /// Makes the axis use the prepared params from the next tick on. u does not jump. Learned values stay, but are forgotten
-/// if breakaway, gravity_n or presliding differ, to which they refer. `next` must live until the axis has
-/// run a tick with other params. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_AXIS_ORDER if `next` was not prepared or is
-/// in use, or the axis not initialised, or TRIBO_ERR_SAMPLE_TIME if `next` is for another sample time.
+/// if breakaway, gravity_n or presliding differ, to which they refer. `next` must live until the axis has run a tick
+/// with other params. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_AXIS_ORDER if `next` was not prepared or is in use, or
+/// the axis not initialised, or TRIBO_ERR_SAMPLE_TIME if `next` is for another sample time.
 tribo_status_t tribo_axis_f32_change(tribo_axis_f32_t *axis, const tribo_axis_f32_params_t *next);
 
 /// Copies the learned values to `blob`, which is empty before the init. Call it between two ticks.

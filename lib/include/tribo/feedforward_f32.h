@@ -17,8 +17,8 @@
 /// If a result is not ready after 10 ticks, the tick takes it after 20, 30, ... and counts it as late. Late results
 /// slow learning down and do no other harm.
 ///
-/// A tick has at most three divisions, four when r moves on after a hold; a look-up in a breakaway table adds two. No heap, no libm. One state, one tick,
-/// one learner.
+/// A tick has at most three divisions, four when r moves on after a hold; a look-up in a breakaway table adds two. No
+/// heap, no libm. One state, one tick, one learner.
 
 #ifndef TRIBO_FEEDFORWARD_F32_H
 #define TRIBO_FEEDFORWARD_F32_H

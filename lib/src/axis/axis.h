@@ -208,6 +208,7 @@ void axis_restore(axis_t *axis)
     NAME(guard, restore)(&axis->guard);
     NAME(feedforward, restore)(&axis->feedforward);
     axis->is_far_below = 0;
+    axis->is_miscalled = 0;
 }
 
 /// Copies bytes, because a struct assignment may leave out those between members.
@@ -266,6 +267,7 @@ tribo_status_t axis_change(axis_t *axis, const axis_params_t *next)
     if (next->rig != axis->active->rig)
     {
         relearn(axis, NULL);
+        axis->is_far_below = 0;
     }
     tribo_learner_rescale(&axis->feedforward.learner, axis->active->breakaway_n / next->breakaway_n);
     axis->active = next;

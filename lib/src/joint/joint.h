@@ -332,14 +332,18 @@ static void stop(joint_t *x)
     x->lagged       = 0;
 }
 
-/// Forgets all that a flipped bit may have made infinite, or no number.
+/// Forgets all that a flipped bit may have made infinite, or no number. A sound load stays.
 static void forget(joint_t *x)
 {
     stop(x);
-    x->learned  = 0;
-    x->friction = 0;
-    x->offset   = 0;
-    x->load     = 0;
+    x->slide.ended  = 0;
+    x->slide.has[0] = 0;
+    x->slide.has[1] = 0;
+    x->learned      = 0;
+    x->friction     = 0;
+    x->spread       = 0;
+    x->offset       = 0;
+    x->load         = effort_is_bad(x->load) ? 0 : x->load;
     count_one(&x->bad_inputs);
 }
 

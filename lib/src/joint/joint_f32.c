@@ -87,7 +87,7 @@ static inline bool is_too_long(const tribo_joint_f32_slide_t *slide)
 static inline bool is_corrupt(const tribo_joint_f32_t *x)
 {
     const float most   = x->params.effort_max;
-    const float terms  = x->friction + x->level + x->term + x->kept + x->lagged + most * x->direction;
+    const float terms  = x->friction + x->spread + x->level + x->term + x->kept + x->lagged + most * x->direction;
     const float loaded = x->load + x->offset + x->slide.effort;
     return exceeds(terms, 16.0f * most) || exceeds(loaded, 4.0f * EFFORT_MAX) ||
            exceeds(x->slide.moved, x->params.fastest);
