@@ -104,20 +104,43 @@ native_axis_t *native_axis_new(bool            q31,
     return axis;
 }
 
-/// Params of the last tick stay: the others are made anew.
-static tribo_status_t change(native_axis_t *axis, const tribo_axis_f32_config_t *config)
+/// Changes to params of this call, because those in use must not be made anew, and then to the same ones in the place that
+/// the last tick did not use.
+static tribo_status_t change_f32(native_axis_t *axis, const tribo_axis_f32_config_t *config)
 {
-    if (axis->q31)
+    tribo_axis_f32_t *const        own  = &axis->f32;
+    tribo_axis_f32_params_t *const next = own->ran == &own->params ? &axis->f32_next : &own->params;
+    tribo_axis_f32_params_t        made;
+    tribo_status_t                 status = tribo_axis_f32_prepare(&made, config);
+    if (status == TRIBO_OK)
     {
-        tribo_axis_q31_t *const        own    = &axis->fixed;
-        tribo_axis_q31_params_t *const next   = own->ran == &own->params ? &axis->fixed_next : &own->params;
-        const tribo_status_t           status = tribo_axis_q31_prepare(next, config, (float)axis->full_scale_n);
-        return status == TRIBO_OK ? tribo_axis_q31_change(own, next) : status;
+        status = tribo_axis_f32_change(own, &made);
     }
-    tribo_axis_f32_t *const        own    = &axis->f32;
-    tribo_axis_f32_params_t *const next   = own->ran == &own->params ? &axis->f32_next : &own->params;
-    const tribo_status_t           status = tribo_axis_f32_prepare(next, config);
-    return status == TRIBO_OK ? tribo_axis_f32_change(own, next) : status;
+    if (status == TRIBO_OK)
+    {
+        status      = tribo_axis_f32_prepare(next, config);
+        own->active = next;
+    }
+    return status;
+}
+
+/// Does what change_f32 does.
+static tribo_status_t change_q31(native_axis_t *axis, const tribo_axis_f32_config_t *config)
+{
+    tribo_axis_q31_t *const        own  = &axis->fixed;
+    tribo_axis_q31_params_t *const next = own->ran == &own->params ? &axis->fixed_next : &own->params;
+    tribo_axis_q31_params_t        made;
+    tribo_status_t                 status = tribo_axis_q31_prepare(&made, config, (float)axis->full_scale_n);
+    if (status == TRIBO_OK)
+    {
+        status = tribo_axis_q31_change(own, &made);
+    }
+    if (status == TRIBO_OK)
+    {
+        status      = tribo_axis_q31_prepare(next, config, (float)axis->full_scale_n);
+        own->active = next;
+    }
+    return status;
 }
 
 bool native_axis_change(native_axis_t  *axis,
@@ -129,7 +152,7 @@ bool native_axis_change(native_axis_t  *axis,
 {
     tribo_biquad_f32_section_t    own[TRIBO_BIQUAD_SECTIONS_MAX] = {{0}};
     const tribo_axis_f32_config_t config                         = config_of(numbers, kind, sections, count, own);
-    const tribo_status_t          status                         = change(axis, &config);
+    const tribo_status_t          status = axis->q31 ? change_q31(axis, &config) : change_f32(axis, &config);
     return native_accepted(status, error);
 }
 

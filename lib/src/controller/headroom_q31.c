@@ -25,7 +25,7 @@
 #define BLOCK_TICKS 128u // a response is summed in blocks
 #define BLOCKS      8u
 #define DECAYED     1.0e-6   // a last block of this fraction of the sum ends it
-#define PIECE_TICKS 32u      // ticks between two pauses
+#define PIECE_TICKS 8u       // ticks between two pauses
 #define SLOWEST     0x1p30f  // longest decay, ticks: enough for a pole at 1e-7 from z = 1
 #define LONG_TICKS  0x1p16f  // shortest tail, ticks: a shorter one would hide a slower one
 #define ROUNDING    1.0e-13f // rounding of an energy, as a fraction of its terms, which may cancel
