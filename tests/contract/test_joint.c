@@ -461,12 +461,21 @@ static void test_a_state_that_is_no_number_is_forgotten_and_learned_anew(void)
         (void)moves(&x, 0, 4);
         const uint32_t bad = report().bad_inputs;
         *states[i / 2u]    = i % 2u == 0u ? NAN : 1.0e30f;
-        (void)plant_step(&x, wanted(4 * MOVE));
-        TEST_ASSERT_TRUE(isfinite(x.actuator) && isfinite(x.position));
-        TEST_ASSERT_EQUAL(bad + 1u, report().bad_inputs);
-        (void)moves(&x, 4, 14);
-        TEST_ASSERT_FLOAT_WITHIN(0.2f * (float)FRICTION, (float)FRICTION, report().friction);
-        TEST_ASSERT_EQUAL(bad + 1u, report().bad_inputs);
+        for (long tick = 4 * MOVE; tick < 14 * MOVE; tick++)
+        {
+            (void)plant_step(&x, wanted(tick));
+            TEST_ASSERT_TRUE(isfinite(x.actuator) && fabs(x.actuator) <= 1.0);
+        }
+        const tribo_joint_report_t after = report();
+        const tribo_joint_force_t  force = tribo_joint_f32_force(&joint);
+        TEST_ASSERT_FLOAT_WITHIN(0.2f * (float)FRICTION, (float)FRICTION, after.friction);
+        TEST_ASSERT_TRUE(isfinite(after.low) && isfinite(after.high) && isfinite(after.load));
+        TEST_ASSERT_TRUE(isfinite(force.low) && isfinite(force.force) && isfinite(force.high));
+        TEST_ASSERT_TRUE(after.bad_inputs <= bad + 1u);
+        if (i % 2u == 0u && states[i / 2u] != &joint.kept) // which the next motion sets anew
+        {
+            TEST_ASSERT_EQUAL(bad + 1u, after.bad_inputs);
+        }
     }
     uint32_t found = 0;
     for (int way = 0; way < 2;

@@ -152,7 +152,7 @@ typedef struct
     int8_t   side;
     uint8_t  follows;                ///< q_ref has differed from q
     uint8_t  has[2];                 ///< there is a mean for that direction
-    uint8_t  ended;                  ///< in the last tick
+    uint8_t  ended;                  ///< 2 in the tick that ends one, then 1
     float    fast_travel, fast_work; ///< of that slide, beyond the knee; 0: hardly any
 } tribo_joint_f32_slide_t;
 

@@ -173,7 +173,44 @@ static void take_mean(joint_slide_t *slide, way_t half)
     }
 }
 
-/// The tick after a slide, because two divisions in one tick are too many without an FPU. From zero to the knee the mean
+/// Voids the slide and takes the term out at once.
+static void stop(joint_t *x)
+{
+    x->slide.ticks  = JOINT_TICKS_MAX;
+    x->slide.moved  = 0;
+    x->slide.effort = 0;
+    x->direction    = 0;
+    x->level        = 0;
+    x->term         = 0;
+    x->kept         = 0;
+    x->lagged       = 0;
+}
+
+/// Forgets all that a flipped bit may have made infinite, or no number. A sound load stays.
+static void forget(joint_t *x)
+{
+    stop(x);
+    x->slide.ended  = 0;
+    x->slide.has[0] = 0;
+    x->slide.has[1] = 0;
+    x->learned      = 0;
+    x->friction     = 0;
+    x->spread       = 0;
+    x->offset       = 0;
+    x->load         = effort_is_bad(x->load) ? 0 : x->load;
+    count_one(&x->bad_inputs);
+}
+
+static void forget_unless(joint_t *x, bool is_sound)
+{
+    if (!is_sound)
+    {
+        forget(x);
+    }
+}
+
+/// The two ticks after a slide: the second one looks for corrupt states, the first one learns, because two divisions in
+/// one tick are too many without an FPU. From zero to the knee the mean
 /// speed is two thirds of the knee, and beyond it about 1.7 knees, so viscous friction is extrapolated to zero speed.
 /// Friction that falls with speed is not.
 static void finish_slide(joint_t *x)
@@ -181,7 +218,12 @@ static void finish_slide(joint_t *x)
     joint_slide_t *const slide = &x->slide;
     force_t *const       mean  = &slide->mean[slide->side < 0]; // the motion has turned since
 
-    slide->ended = 0;
+    slide->ended--;
+    if (slide->ended == 0u)
+    {
+        forget_unless(x, !is_corrupt(x));
+        return;
+    }
     if (slide->fast_travel > 0)
     {
         const force_t fast = mean_effort(slide->fast_work, slide->fast_travel);
@@ -207,7 +249,7 @@ static void end_slide(joint_t *x)
     {
         take_mean(slide, x->params.half);
         slide->has[is_up] = 1;
-        slide->ended      = 1;
+        slide->ended      = 2;
         slide->knee       = slide->peak / 2;
     }
     slide->ticks        = 0;
@@ -247,6 +289,7 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
     if (slide->ticks == JOINT_TICKS_MAX || is_too_long(slide))
     {
         slide->ticks = JOINT_TICKS_MAX;
+        forget_unless(x, !is_no_number(slide->moved));
         return;
     }
     const way_t  speed = way_size(slide->moved);
@@ -260,6 +303,10 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
     {
         slide->slow_travel += slide->moved;
         slide->slow_work += work;
+    }
+    else
+    {
+        forget_unless(x, !is_no_number(speed));
     }
 }
 
@@ -319,43 +366,11 @@ static way_t motion(joint_t *x, position_t now, position_t before)
     return moved;
 }
 
-/// Voids the slide and takes the term out at once.
-static void stop(joint_t *x)
-{
-    x->slide.ticks  = JOINT_TICKS_MAX;
-    x->slide.moved  = 0;
-    x->slide.effort = 0;
-    x->direction    = 0;
-    x->level        = 0;
-    x->term         = 0;
-    x->kept         = 0;
-    x->lagged       = 0;
-}
-
-/// Forgets all that a flipped bit may have made infinite, or no number. A sound load stays.
-static void forget(joint_t *x)
-{
-    stop(x);
-    x->slide.ended  = 0;
-    x->slide.has[0] = 0;
-    x->slide.has[1] = 0;
-    x->learned      = 0;
-    x->friction     = 0;
-    x->spread       = 0;
-    x->offset       = 0;
-    x->load         = effort_is_bad(x->load) ? 0 : x->load;
-    count_one(&x->bad_inputs);
-}
-
 force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t q)
 {
     if (joint->made == 0u)
     {
         return 0;
-    }
-    if (is_corrupt(joint))
-    {
-        forget(joint);
     }
     const bool is_bad = position_is_bad(q_ref) || position_is_bad(q);
     if (is_bad || effort_is_bad(effort))
@@ -388,10 +403,15 @@ force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t 
     }
     const force_t most = joint->params.effort_max;
     const long_t  sum  = (long_t)sound + joint->load + term_of(joint, sound);
-    const force_t u    = sum > most ? most : sum < -most ? -most : (force_t)sum;
-    if (u != sum)
+    force_t       u    = sum > most ? most : sum < -most ? -most : (force_t)sum;
+    if (u != sum) // as for no number
     {
         count_one(&joint->limited_ticks);
+        if (is_corrupt(joint))
+        {
+            forget(joint);
+            u = within_of(sound, -most, most);
+        }
     }
     joint->lagged = force_track(joint->lagged, u, joint->params.actuator_part);
     return u;

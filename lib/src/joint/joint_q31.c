@@ -11,12 +11,12 @@ typedef int32_t way_t;      ///< Q12 of a count
 typedef int64_t long_t;
 
 #define SMALLEST      1
-#define COUNT         4096      // Q12
-#define WAY_MAX       (1 << 30) // Q12 of a count
-#define TRAVEL_MAX    1.0e4f    // counts
-#define LONG_MAX_WAY  (INT64_C(1) << 38)
-#define LONG_MAX_WORK (INT64_C(1) << 61)
-#define WORK_FRACTION 256 // of Q31, so that a slide's work fits 64 bits
+#define COUNT         4096                // Q12
+#define WAY_MAX       (1 << 30)           // Q12 of a count
+#define TRAVEL_MAX    1.0e4f              // counts
+#define LONG_MAX_WAY  (UINT32_C(1) << 6)  // times 2^32
+#define LONG_MAX_WORK (UINT32_C(1) << 29) // times 2^32
+#define WORK_FRACTION 256                 // of Q31, so that a slide's work fits 64 bits
 #define WORK_SHIFT    23
 #define DIRECTION_ONE (1 << 30)
 #define EFFORT_UNIT   (1.0f / 2147483648.0f)
@@ -98,9 +98,10 @@ static inline force_t mean_effort(long_t work, long_t travel)
     return work < 0 ? -mean : mean;
 }
 
-static inline bool long_beyond(long_t x, long_t most)
+/// True if x is beyond +-most 2^32.
+static inline bool long_beyond(long_t x, uint32_t most)
 {
-    return x > most || x < -most;
+    return (uint32_t)((uint64_t)x >> 32) + most >= 2u * most;
 }
 
 /// True where the sums of the slide would soon overflow.
@@ -108,6 +109,12 @@ static inline bool is_too_long(const tribo_joint_q31_slide_t *slide)
 {
     return long_beyond(slide->travel, LONG_MAX_WAY) || long_beyond(slide->work, LONG_MAX_WORK) ||
            long_beyond(slide->slow_work, LONG_MAX_WORK);
+}
+
+static inline bool is_no_number(way_t x)
+{
+    (void)x;
+    return false;
 }
 
 /// Every integer is a credible state.
