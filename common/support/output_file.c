@@ -6,7 +6,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <limits.h>
 #include <signal.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -214,35 +213,42 @@ static bool open_regular(common_output_file_t *file, const struct stat *old)
     return opened;
 }
 
-/// Returns the descriptor that a path names, standard output without a path, -1 for any other path. Opening such a name
-/// would start at the beginning of a file that a shell appends to.
+/// Returns the descriptor that a path such as /dev/stdout names; -1 if it names none.
 static int descriptor_of(const char *path)
 {
     static const char *const folders[] = {"/dev/fd/", "/proc/self/fd/"};
-    if (path == NULL || strcmp(path, "/dev/stdout") == 0)
+    static const char *const names[]   = {"/dev/stdin", "/dev/stdout", "/dev/stderr"};
+    for (int i = 0; i < 3; i++)
     {
-        return STDOUT_FILENO;
-    }
-    if (strcmp(path, "/dev/stderr") == 0)
-    {
-        return STDERR_FILENO;
+        if (strcmp(path, names[i]) == 0)
+        {
+            return i;
+        }
     }
     for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++)
     {
         const size_t length = strlen(folders[i]);
-        char        *end    = NULL;
-        const long   number = strncmp(path, folders[i], length) == 0 ? strtol(path + length, &end, 10) : -1;
-        if (number >= 0 && number <= INT_MAX && *end == '\0')
+        const char  *number = path + length;
+        if (strncmp(path, folders[i], length) == 0 && *number != '\0' && strlen(number) < 6 &&
+            strspn(number, "0123456789") == strlen(number))
         {
-            return (int)number;
+            return atoi(number); // NOLINT(cert-err34-c): up to five digits
         }
     }
     return -1;
 }
 
-static bool is_standard_output(const char *path)
+/// Opens a copy of the descriptor, because opening its path would start at the beginning of a file that a shell appends to.
+static bool open_descriptor(common_output_file_t *file, int descriptor)
 {
-    return descriptor_of(path) == STDOUT_FILENO;
+    (void)fflush(stdout);
+    const int copy = fcntl(descriptor, F_DUPFD_CLOEXEC, 3);
+    file->stream   = copy >= 0 ? fdopen(copy, "wb") : NULL;
+    if (copy >= 0 && file->stream == NULL)
+    {
+        (void)close(copy);
+    }
+    return file->stream != NULL;
 }
 
 /// Returns null, or the reason why an existing file must not be replaced. Permissions do not bind root, but a file without
@@ -260,10 +266,8 @@ static const char *open_place(common_output_file_t *file, const char *path)
     const int   descriptor = descriptor_of(path);
     if (descriptor >= 0)
     {
-        const int copy = dup(descriptor);
-        file->path     = strdup(path);
-        file->stream   = file->path != NULL && copy >= 0 ? fdopen(copy, "wb") : NULL;
-        return file->stream != NULL ? NULL : strerror(errno);
+        file->path = strdup(path);
+        return file->path != NULL && open_descriptor(file, descriptor) ? NULL : strerror(errno);
     }
     if (exists && !S_ISREG(info.st_mode))
     {
@@ -294,9 +298,8 @@ static bool complain(const char *path, const char *why, common_error_t *error)
 
 bool common_output_open(common_output_file_t *file, const char *path, common_error_t *error)
 {
-    const bool is_standard = is_standard_output(path);
-    *file                  = (common_output_file_t){.stream = is_standard ? stdout : NULL};
-    const char *why        = is_standard ? NULL : open_place(file, path);
+    *file           = (common_output_file_t){.stream = path == NULL ? stdout : NULL};
+    const char *why = path == NULL ? NULL : open_place(file, path);
     if (why != NULL)
     {
         (void)complain(path, why, error);
@@ -309,7 +312,8 @@ bool common_output_check(const char *path, common_error_t *error)
 {
     struct stat          info;
     common_output_file_t file;
-    if (descriptor_of(path) >= 0 || (stat(path, &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)))
+    if (path == NULL || descriptor_of(path) >= 0 ||
+        (stat(path, &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)))
     {
         return true; // opening a pipe would wait for its reader
     }

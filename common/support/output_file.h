@@ -1,6 +1,7 @@
 /// Writes result files that appear complete or not at all. They are written next to their places, without a name if the system
 /// supports that and under temporary names otherwise, and then renamed together. A new file has the mode of the one it replaces,
-/// and its owner if this user may give files away. Devices, pipes and standard output (/dev/stdout) are written directly.
+/// and its group and owner where this user may set them. Devices, pipes and paths of descriptors (/dev/stdout) are written
+/// directly.
 
 #ifndef COMMON_OUTPUT_FILE_H
 #define COMMON_OUTPUT_FILE_H

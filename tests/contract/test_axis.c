@@ -101,6 +101,15 @@ static double run(axis_t *x, plant_t *plant, long from, long to, double *jump)
     return sqrt(sum / (double)(to - from));
 }
 
+/// Runs `axis` to the tick 4 * PERIOD + 500, and returns the largest change of u in the last 200 ticks, which are straight.
+static double run_to_a_straight(plant_t *plant)
+{
+    double jump;
+    (void)run(&axis, plant, 0, 4 * PERIOD + 300, &jump);
+    (void)run(&axis, plant, 4 * PERIOD + 300, 4 * PERIOD + 500, &jump);
+    return jump;
+}
+
 static void test_an_empty_config_is_refused_field_by_field(void)
 {
     const tribo_axis_f32_config_t whole  = rig(1.0f);
@@ -450,7 +459,6 @@ static void test_a_loop_without_a_method_has_a_callers_controller_alone(void)
 static void test_another_config_does_not_bump_and_keeps_what_is_learned(void)
 {
     double                  jump;
-    double                  usual;
     plant_t                 plant  = {0};
     tribo_axis_f32_config_t config = rig(0.7f);
     static axis_params_t    next;
@@ -458,8 +466,7 @@ static void test_another_config_does_not_bump_and_keeps_what_is_learned(void)
     TEST_ASSERT_EQUAL(TRIBO_ERR_AXIS_ORDER, TRIBO(axis, change)(&axis, &next));
     TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, TRIBO(axis, change)(&axis, NULL));
     TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, TRIBO(axis, change)(NULL, &next));
-    (void)run(&axis, &plant, 0, 4 * PERIOD + 300, &jump);
-    (void)run(&axis, &plant, 4 * PERIOD + 300, 4 * PERIOD + 500, &usual); // straight
+    const double        usual = run_to_a_straight(&plant);
     tribo_axis_report_t before;
     TRIBO(axis, report)(&axis, &before);
 
@@ -490,7 +497,6 @@ static void test_another_breakaway_or_load_forgets_what_was_learned(void)
     for (int of_load = 0; of_load < 2; of_load++)
     {
         double               jump;
-        double               usual;
         plant_t              plant = {0};
         static axis_params_t next;
         tribo_axis_report_t  before;
@@ -498,8 +504,7 @@ static void test_another_breakaway_or_load_forgets_what_was_learned(void)
 
         tribo_axis_f32_config_t config = rig(0.7f);
         TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
-        (void)run(&axis, &plant, 0, 4 * PERIOD + 300, &jump);
-        (void)run(&axis, &plant, 4 * PERIOD + 300, 4 * PERIOD + 500, &usual);
+        const double usual         = run_to_a_straight(&plant);
         axis.feedforward.late      = 3;
         axis.feedforward.forgotten = 4;
         axis.is_far_below          = 1;

@@ -478,8 +478,8 @@ static void test_a_state_that_is_no_number_is_forgotten_and_learned_anew(void)
         }
     }
     uint32_t found = 0;
-    for (int way = 0; way < 2;
-         way++) // the mean of the last slide is found once it is learned; the other one is replaced before
+    // The mean of the last slide is found once it is learned; the other one is replaced before.
+    for (int way = 0; way < 2; way++)
     {
         plant_t x = {.friction = FRICTION};
         begin(FRICTION);

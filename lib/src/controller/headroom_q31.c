@@ -265,7 +265,7 @@ static bool add_responses(signals_t                           *peaks,
     return bounded;
 }
 
-static double most(double a, double b)
+static double larger_of(double a, double b)
 {
     return a > b ? a : b;
 }
@@ -274,8 +274,8 @@ static double most(double a, double b)
 /// correction itself.
 static float node_peak(const signals_t *peaks, uint32_t i)
 {
-    return (float)most(peaks->named.section[i].y,
-                       most(peaks->named.section[i].corrected, peaks->named.section[i].correction));
+    return (float)larger_of(peaks->named.section[i].y,
+                            larger_of(peaks->named.section[i].corrected, peaks->named.section[i].correction));
 }
 
 /// The smallest scale, `at_least` or larger, at which `peak` 2^-scale is below full scale. SCALE_MAX + 1 if there is
@@ -322,7 +322,7 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
                                         const signals_t                 *peaks,
                                         float                            input_peak)
 {
-    int32_t before   = scale_for(larger(input_peak, (float)most(peaks->named.input, peaks->named.correction)), 2);
+    int32_t before   = scale_for(larger(input_peak, (float)larger_of(peaks->named.input, peaks->named.correction)), 2);
     out->input_scale = (uint8_t)before;
     out->count       = (uint8_t)cascade->count;
     if (before > SCALE_MAX)
@@ -331,9 +331,9 @@ static tribo_status_t quantize_sections(tribo_biquad_q31_params_t       *out,
     }
     for (uint32_t i = 0; i < cascade->count; i++)
     {
-        const tribo_biquad_f32_section_t *s     = &cascade->section[i];
-        const float                       gain  = larger(magnitude(s->b0), larger(magnitude(s->b1), magnitude(s->b2)));
-        const float                       w     = (float)most(peaks->named.section[i].w1, peaks->named.section[i].w2);
+        const tribo_biquad_f32_section_t *s    = &cascade->section[i];
+        const float                       gain = larger(magnitude(s->b0), larger(magnitude(s->b1), magnitude(s->b2)));
+        const float                       w = (float)larger_of(peaks->named.section[i].w1, peaks->named.section[i].w2);
         const float                       most  = larger(scaled(gain, before), w);
         const int32_t                     scale = scale_for(most / 3.999f, scale_for(node_peak(peaks, i), 0));
         const int32_t                     by    = before - scale;

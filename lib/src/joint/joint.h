@@ -201,18 +201,17 @@ static void forget(joint_t *x)
     count_one(&x->bad_inputs);
 }
 
-static void forget_unless(joint_t *x, bool is_sound)
+static void forget_if(joint_t *x, bool is_ruined)
 {
-    if (!is_sound)
+    if (is_ruined)
     {
         forget(x);
     }
 }
 
-/// The two ticks after a slide: the second one looks for corrupt states, the first one learns, because two divisions in
-/// one tick are too many without an FPU. From zero to the knee the mean
-/// speed is two thirds of the knee, and beyond it about 1.7 knees, so viscous friction is extrapolated to zero speed.
-/// Friction that falls with speed is not.
+/// The two ticks after a slide: the first one learns, because two divisions in one tick are too many without an FPU, and
+/// the second one looks for corrupt states. From zero to the knee the mean speed is two thirds of the knee, and beyond it
+/// about 1.7 knees, so viscous friction is extrapolated to zero speed. Friction that falls with speed is not.
 static void finish_slide(joint_t *x)
 {
     joint_slide_t *const slide = &x->slide;
@@ -221,7 +220,7 @@ static void finish_slide(joint_t *x)
     slide->ended--;
     if (slide->ended == 0u)
     {
-        forget_unless(x, !is_corrupt(x));
+        forget_if(x, is_corrupt(x));
         return;
     }
     if (slide->fast_travel > 0)
@@ -289,7 +288,7 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
     if (slide->ticks == JOINT_TICKS_MAX || is_too_long(slide))
     {
         slide->ticks = JOINT_TICKS_MAX;
-        forget_unless(x, !is_no_number(slide->moved));
+        forget_if(x, is_no_number(slide->moved));
         return;
     }
     const way_t  speed = way_size(slide->moved);
@@ -306,7 +305,7 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
     }
     else
     {
-        forget_unless(x, !is_no_number(speed));
+        forget_if(x, is_no_number(speed));
     }
 }
 
