@@ -265,9 +265,15 @@ static const struct
     {REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT, PARAMS_TABLE_AT - PARAMS_SECTIONS_AT, PARAMS_SECTIONS_AT, STAGED},
     {REGISTERS_STAGED_AT + REGISTERS_TABLE_AT, PARAMS_WORDS - PARAMS_TABLE_AT, PARAMS_TABLE_AT, STAGED}};
 
-/// Returns the Modbus address of a word of the staged set, or 0 if it has none.
+#define TRACE_AFTER (PARAMS_WORDS + offsetof(registers_requests_t, after) / sizeof(word_t)) ///< requests follow the set
+
+/// Returns the Modbus address of a word of the staged set or of a request, or 0 if it has none.
 static uint32_t register_of(uint32_t word)
 {
+    if (word >= PARAMS_WORDS)
+    {
+        return REGISTERS_REQUESTS_AT + 2u * (word - PARAMS_WORDS);
+    }
     for (size_t i = 0; i < sizeof blocks / sizeof blocks[0]; i++)
     {
         const uint32_t offset = word - blocks[i].first;
@@ -398,8 +404,9 @@ static bool make_trace(const registers_t *registers, trace_setup_t *made)
             setup.channels[good ? setup.channel_count++ : 0u] = signal_of(registers, i);
         }
     }
-    *made = setup;
-    return good && trace_suits(&registers->trace, &setup);
+    setup.channel_count = good ? setup.channel_count : 0u;
+    *made               = setup;
+    return trace_suits(&registers->trace, &setup);
 }
 
 bool registers_can_trace(const registers_t *registers)
@@ -413,6 +420,11 @@ static registers_outcome_t arm_trace(registers_t *registers)
     trace_setup_t setup;
     if (!make_trace(registers, &setup) || !trace_arm(&registers->trace, &setup))
     {
+        const uint32_t channels = setup.channel_count;
+        const uint32_t most     = channels > 0u ? registers->board.ring_words / channels - 1u : UINT32_MAX;
+        registers->is_refused   = setup.after > most;
+        registers->refused =
+            (params_error_t){.word = TRACE_AFTER, .value = (float)setup.after, .low = 0.0f, .high = (float)most};
         return REGISTERS_TRACE_REFUSED;
     }
     registers->trace_signals = registers->requests.signals;

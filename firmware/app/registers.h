@@ -86,7 +86,7 @@
     REGISTER(tare, "tare", uint32_t, "", "the last tare: 0 none, 1 busy, 2 done, 3 refused") \
     REGISTER(store, "store", uint32_t, "", "0 read, 1 empty, 2 of other firmware, 3 damaged, 4 not writable") \
     REGISTER(outcome, "outcome", uint32_t, "", "outcome of the last command, see below") \
-    REGISTER(refused_register, "refused_register", uint32_t, "", "the staged register that was refused; 0: none") \
+    REGISTER(refused_register, "refused_register", uint32_t, "", "the register that was refused; 0: none") \
     REGISTER(refused_status, "refused_status", uint32_t, "", "the reason of the library (tribo/status.h); 0: refused by the drive") \
     REGISTER(refused_value, "refused_value", float, "", "the value that was refused") \
     REGISTER(refused_low, "refused_low", float, "", "lowest value allowed") \

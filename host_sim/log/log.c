@@ -9,12 +9,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define JITTER    0.01 ///< largest deviation of an even interval, as a fraction
-#define GAP       1.5  ///< a step of more intervals is a gap
-#define GAP_MAX   10.0 ///< intervals bridged by default
-#define ROWS_MAX  100000000.0
-#define BETWEEN_S 1.0  ///< time inserted between files with overlapping stamps
-#define WHY_SIZE  200u ///< of an option that requires a column, as a message shows it
+#define JITTER    0.01       ///< largest deviation of an even interval, as a fraction
+#define GAP       1.5        ///< a step of more intervals is a gap
+#define GAP_MAX   10.0       ///< intervals bridged by default
+#define ROWS_MAX  50000000.0 ///< of a resampled log
+#define BETWEEN_S 1.0        ///< time inserted between files with overlapping stamps
+#define WHY_SIZE  200u       ///< of an option that requires a column, as a message shows it
 
 static const char *const role_words[SIM_LOG_ROLES] = {"t", "u", "F", "x", "v", "r"};
 static const char *const role_names[SIM_LOG_ROLES] = {"t_s", "u_N", "F_N", "x_deg", "w_deg_per_s", "r_N"};
@@ -561,15 +561,25 @@ static bool resample_run(sim_log_t       *log,
                          size_t           first,
                          size_t           last,
                          double           by_s,
+                         const char      *path,
                          common_error_t  *error)
 {
-    const double *t    = file->values[SIM_LOG_T];
-    const double  h    = log->sample_time_s;
-    const double  span = floor((t[last] - t[first]) / h + 1e-6) + 1.0;
-    const size_t  rows = span < ROWS_MAX ? (size_t)span : 0;
-    if (rows == 0)
+    const double *t      = file->values[SIM_LOG_T];
+    const double  h      = log->sample_time_s;
+    const double  span_s = t[last] - t[first];
+    const double  length = floor(span_s / h + 1e-6) + 1.0;
+    const size_t  rows   = length < ROWS_MAX ? (size_t)length : 0;
+    if (rows == 0 || log->rows + rows > (size_t)ROWS_MAX)
     {
-        return common_error_set(error, "%.3g s at %.3g s an interval are too many rows", t[last] - t[first], h);
+        return common_error_set(
+            error,
+            "%s: %.6g s at --resample=%.6g are %.3g rows, and a log may have %.0f: --resample=%.3g makes fewer",
+            path,
+            span_s,
+            h,
+            length + (double)log->rows,
+            ROWS_MAX,
+            2.0 * h * (length + (double)log->rows) / ROWS_MAX);
     }
     if (rows < 2)
     {
@@ -601,7 +611,12 @@ static bool resample_run(sim_log_t       *log,
     return true;
 }
 
-static bool append_resampled(sim_log_t *log, const sim_log_t *file, double gap_s, double by_s, common_error_t *error)
+static bool append_resampled(sim_log_t       *log,
+                             const sim_log_t *file,
+                             double           gap_s,
+                             double           by_s,
+                             const char      *path,
+                             common_error_t  *error)
 {
     const double *t     = file->values[SIM_LOG_T];
     size_t        first = 0;
@@ -610,7 +625,7 @@ static bool append_resampled(sim_log_t *log, const sim_log_t *file, double gap_s
         if (k == file->rows || t[k] - t[k - 1] > gap_s)
         {
             log->report.splits += k < file->rows;
-            if (!resample_run(log, file, first, k - 1, by_s, error))
+            if (!resample_run(log, file, first, k - 1, by_s, path, error))
             {
                 return false;
             }
@@ -726,7 +741,7 @@ static bool add_file(sim_log_t *log, const char *path, const sim_log_options_t *
     {
         const double by_s  = shift_of(log, &file);
         const double gap_s = options->gap_s > 0.0 ? options->gap_s : GAP_MAX * median;
-        ok                 = options->resample || missing > 0 ? append_resampled(log, &file, gap_s, by_s, error)
+        ok                 = options->resample || missing > 0 ? append_resampled(log, &file, gap_s, by_s, path, error)
                                                               : append(log, &file, by_s, error);
     }
     common_csv_free(&csv);

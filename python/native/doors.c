@@ -23,8 +23,8 @@ struct native_axis
     tribo_axis_q31_t    fixed;
     tribo_axis_report_t report;
 
-    tribo_axis_f32_params_t f32_next; ///< room for params while the axis' own are those of the last tick
-    tribo_axis_q31_params_t fixed_next;
+    tribo_axis_f32_params_t f32_made[3]; ///< params of changes: the active ones, those of the last tick, and room
+    tribo_axis_q31_params_t fixed_made[3];
 };
 
 static tribo_axis_controller_t controller_of(const char                       *kind,
@@ -104,43 +104,28 @@ native_axis_t *native_axis_new(bool            q31,
     return axis;
 }
 
-/// Changes to params of this call, because those in use must not be made anew, and then to the same ones in the place that
-/// the last tick did not use.
+/// Prepares params where neither the active ones are nor those of the last tick, so that a refusal leaves both as they are.
 static tribo_status_t change_f32(native_axis_t *axis, const tribo_axis_f32_config_t *config)
 {
-    tribo_axis_f32_t *const        own  = &axis->f32;
-    tribo_axis_f32_params_t *const next = own->ran == &own->params ? &axis->f32_next : &own->params;
-    tribo_axis_f32_params_t        made;
-    tribo_status_t                 status = tribo_axis_f32_prepare(&made, config);
-    if (status == TRIBO_OK)
+    tribo_axis_f32_params_t *made = axis->f32_made;
+    while (made == axis->f32.active || made == axis->f32.ran)
     {
-        status = tribo_axis_f32_change(own, &made);
+        made++;
     }
-    if (status == TRIBO_OK)
-    {
-        status      = tribo_axis_f32_prepare(next, config);
-        own->active = next;
-    }
-    return status;
+    const tribo_status_t status = tribo_axis_f32_prepare(made, config);
+    return status == TRIBO_OK ? tribo_axis_f32_change(&axis->f32, made) : status;
 }
 
 /// Does what change_f32 does.
 static tribo_status_t change_q31(native_axis_t *axis, const tribo_axis_f32_config_t *config)
 {
-    tribo_axis_q31_t *const        own  = &axis->fixed;
-    tribo_axis_q31_params_t *const next = own->ran == &own->params ? &axis->fixed_next : &own->params;
-    tribo_axis_q31_params_t        made;
-    tribo_status_t                 status = tribo_axis_q31_prepare(&made, config, (float)axis->full_scale_n);
-    if (status == TRIBO_OK)
+    tribo_axis_q31_params_t *made = axis->fixed_made;
+    while (made == axis->fixed.active || made == axis->fixed.ran)
     {
-        status = tribo_axis_q31_change(own, &made);
+        made++;
     }
-    if (status == TRIBO_OK)
-    {
-        status      = tribo_axis_q31_prepare(next, config, (float)axis->full_scale_n);
-        own->active = next;
-    }
-    return status;
+    const tribo_status_t status = tribo_axis_q31_prepare(made, config, (float)axis->full_scale_n);
+    return status == TRIBO_OK ? tribo_axis_q31_change(&axis->fixed, made) : status;
 }
 
 bool native_axis_change(native_axis_t  *axis,

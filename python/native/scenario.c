@@ -179,7 +179,7 @@ bool native_column_is_flag(unsigned column)
 
 typedef struct
 {
-    size_t  ticks, tick;
+    size_t  rows, every, tick;
     double *trace, *trace_q31;
 } recorder_t;
 
@@ -189,7 +189,7 @@ static void keep(const recorder_t *recorder, const sim_row_t *row, double *trace
     const unsigned count = sim_column_values(row, values);
     for (unsigned i = 0; i < count; i++)
     {
-        trace[i * recorder->ticks + recorder->tick] = values[i];
+        trace[i * recorder->rows + recorder->tick / recorder->every] = values[i];
     }
 }
 
@@ -198,20 +198,29 @@ static bool record(void *context, const sim_row_t *row, double part_done, common
     recorder_t *const recorder = context;
     (void)part_done;
     (void)error;
-    keep(recorder, row, recorder->trace);
-    if (row->q31 != NULL)
+    if (recorder->tick % recorder->every == 0u)
     {
-        keep(recorder, row->q31, recorder->trace_q31);
+        keep(recorder, row, recorder->trace);
+        if (row->q31 != NULL)
+        {
+            keep(recorder, row->q31, recorder->trace_q31);
+        }
     }
     recorder->tick++;
     return true;
 }
 
-char *native_run(const native_scenario_t *scenario, bool q31, double *trace, double *trace_q31, native_error_t *error)
+char *native_run(const native_scenario_t *scenario,
+                 bool                     q31,
+                 size_t                   rows,
+                 size_t                   every,
+                 double                  *trace,
+                 double                  *trace_q31,
+                 native_error_t          *error)
 {
-    recorder_t recorder = {.ticks = native_scenario_ticks(scenario), .trace = trace, .trace_q31 = trace_q31};
-    const sim_run_options_t options = {.q31 = q31, .both = trace_q31 != NULL};
-    common_error_t          said    = {""};
+    recorder_t              recorder = {.rows = rows, .every = every, .trace = trace, .trace_q31 = trace_q31};
+    const sim_run_options_t options  = {.q31 = q31, .both = trace_q31 != NULL};
+    common_error_t          said     = {""};
     sim_summary_t           summary;
     char                   *json  = NULL;
     const native_scope_t    scope = native_enter();

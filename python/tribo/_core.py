@@ -121,7 +121,13 @@ def full_key(name: str, groups: Sequence[str] = (), within: Sequence[str] = ("",
 
 
 def all_keys(keys: Keys | None, keywords: Keys, groups: Sequence[str] = (), within: Sequence[str] = ("",)) -> dict[str, Value]:
-    return {full_key(name, groups, within, isinstance(value, Mapping) or isinstance(value, str) and value.lstrip().startswith("{")): value for name, value in {**(keys or {}), **keywords}.items()}
+    found: dict[str, Value] = {}
+    for name, value in (*(keys or {}).items(), *keywords.items()):
+        key = full_key(name, groups, within, isinstance(value, Mapping) or isinstance(value, str) and value.lstrip().startswith("{"))
+        if key in found:
+            raise ScenarioError(f"{key}: is given twice: {found[key]!r} and {value!r}", key)
+        found[key] = value
+    return found
 
 
 def keywords_of(groups: Sequence[str] = (), within: Sequence[str] = ("",)) -> dict[str, Key]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import numbers
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -11,12 +12,14 @@ from typing import Any, Literal, Unpack, cast
 import numpy as np
 import numpy.typing as npt
 
-from ._core import Keys, Scenario, Value, all_keys, new_error, raised, signature_of, text
+from ._core import Keys, Scenario, ScenarioError, Value, all_keys, new_error, raised, signature_of, text
 from ._keywords import RunKeys
 from ._native import ffi, lib
 from ._plot import Record
 
 Array = npt.NDArray[Any]
+
+TRACE_BYTES_MAX = min(4 << 30, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2)  # of a run: 5 hours at 1 kHz
 
 
 @dataclass(frozen=True)
@@ -112,12 +115,26 @@ def _columns(trace: Array) -> dict[str, Array]:
     return {text(lib.native_column_name(i)): trace[i] != 0 if lib.native_column_is_flag(i) else trace[i] for i in range(len(trace))}
 
 
-def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *, arith: Literal["f32", "q31", "both"] | None = None, **keywords: Unpack[RunKeys]) -> Run:
+def _rows(made: Scenario, decimate: int, row_bytes: int) -> int:
+    """Rows of a run's trace. Refuses one that would fill the memory."""
+    rows, rows_max = -(-lib.native_scenario_ticks(made.handle) // decimate), TRACE_BYTES_MAX // row_bytes
+    if rows <= rows_max:
+        return int(rows)
+    values = {key: ffi.new("double *") for key in ("duration_s", "sample_time_s")}
+    for key, value in values.items():
+        lib.native_scenario_number(made.handle, key.encode(), value)
+    duration_s, sample_time_s = (value[0] for value in values.values())
+    raise ScenarioError(f"duration_s: {duration_s:.9g} is outside {sample_time_s:g} to {rows_max * decimate * sample_time_s // 1:.0f}: a trace of {rows} rows takes {row_bytes * rows / 1e9:.3g} GB "
+                        f"of memory, more than {TRACE_BYTES_MAX / 1e9:.3g} GB; decimate={-(-rows * decimate // rows_max)} keeps fewer rows", "duration_s")
+
+
+def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *, arith: Literal["f32", "q31", "both"] | None = None, decimate: int = 1,
+        **keywords: Unpack[RunKeys]) -> Run:
     """Runs a scenario as `tribo-sim run` does: a path, the name of one in the scenarios folder, or None for the defaults, which lack `duration_s` and
     `reference.kind`.
 
     `keys` are keys of a scenario by their dotted names. A keyword may be the last part of a key if that is unique. Without `arith` the arithmetic is
-    the scenario's, in most f32.
+    the scenario's, in most f32. `decimate=N` keeps only the first of every N rows.
 
     >>> short = run("triangle", {"metrics.start_s": 0, "plant.friction.k_min": 5}, duration_s=2, arith="both")
     >>> short.summary.ticks, len(short.q31.u_N), bool(short.limited.any())
@@ -129,6 +146,8 @@ def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *,
     """
     if arith not in ("f32", "q31", "both", None):
         raise ValueError(f"arith={arith!r}: must be f32, q31 or both")
+    if not isinstance(decimate, numbers.Integral) or isinstance(decimate, bool) or not 1 <= decimate < 2**63:
+        raise ValueError(f"decimate={decimate!r}: a whole number of 1 or more is expected")
     made = Scenario(scenario)
     for key, value in all_keys(keys, cast(Mapping[str, Value], keywords)).items():
         made.set(key, value)
@@ -137,9 +156,11 @@ def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *,
     error = new_error()
     if not lib.native_scenario_check(made.handle, error):
         raise raised(error)
-    traces = [np.empty((lib.native_scenario_columns(made.handle), lib.native_scenario_ticks(made.handle))) for _ in range(1 + (arith == "both"))]
+    loops, columns = 1 + (arith == "both"), lib.native_scenario_columns(made.handle)
+    rows = _rows(made, int(decimate), 8 * columns * loops)
+    traces = [np.empty((columns, rows)) for _ in range(loops)]
     pointers = [ffi.from_buffer("double *", trace, require_writable=True) for trace in traces]
-    json_text = lib.native_run(made.handle, arith == "q31", pointers[0], pointers[1] if arith == "both" else ffi.NULL, error)
+    json_text = lib.native_run(made.handle, arith == "q31", rows, int(decimate), pointers[0], pointers[1] if arith == "both" else ffi.NULL, error)
     if json_text == ffi.NULL:
         raise raised(error)
     try:

@@ -155,7 +155,11 @@ def test_a_trace_is_read_while_the_drive_runs(drive, tmp_path):
     assert all(abs(row["t_s"] - 0.001 * i) < 1e-9 for i, row in enumerate(rows))
     drive.link("trace", "--wait", "2", "--decimation", "5", "--out", log)
     assert len(log.read_text().splitlines()) > 20
-    assert "trace.* are out of range" in drive.link("trace", "--trigger", "fault", "--after", "100000", status=2)
+    said = drive.link("trace", "--trigger", "fault", "--after", "100000", status=2)
+    most = re.search(r"trace: --after 100000: 0 to (\d+) is expected, because the drive holds no more samples of so many signals", said)
+    assert most, said
+    assert "trace: the trigger fault did not come" in drive.link("trace", "--trigger", "fault", "--after", most[1], "--wait", "0", status=2)
+    assert f"0 to {most[1]} is expected" in drive.link("trace", "--trigger", "fault", "--after", int(most[1]) + 1, status=2)
 
 
 def test_saved_params_outlive_the_power(start, tmp_path):

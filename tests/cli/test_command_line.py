@@ -54,6 +54,21 @@ MISTAKES = {
     ("params", "a", "--arith", "both"): "--arith both: must be one of f32, q31",
     ("params", "a", "--set", "compensator.gain"): "--set compensator.gain: key=value is expected",
     ("list", "all"): "list: unknown argument all",
+    # An option is given once, one of NAME=VALUE once for each NAME.
+    ("run", "a", "--out", "b", "--out", "c"): "run: --out b and --out c: only one is expected",
+    ("run", "a", "--out", "b", "--ou=b"): "run: --out b and --out b: only one is expected",
+    ("run", "a", "--json", "--json"): "run: --json is given twice",
+    ("run", "a", "--set", "duration_s=1", "--set", "duration_s=2"): "run: --set duration_s=1 and --set duration_s=2: only one is expected",
+    ("run", "a", "--set", "arithmetic=f32", "--arith", "q31"): "--arith and --set arithmetic: only one is expected",
+    ("params", "a", "--arith", "q31", "--set", "arithmetic=f32"): "--arith and --set arithmetic: only one is expected",
+    ("params", "a", "--name", "b", "--name", "c"): "params: --name b and --name c: only one is expected",
+    ("replay", "a", "--force", "own", "--force", "measured"): "replay: --force own and --force measured: only one is expected",
+    ("log", "a", "--column", "u=b", "--column", "u=c"): "log: --column u=b and --column u=c: only one is expected",
+    ("log", "a", "--scale", "u=-", "--scale", "u=2"): "log: --scale u=- and --scale u=2: only one is expected",
+    ("log", "a", "--resample", "--resample=0.1"): "log: --resample is given twice",
+    ("fmu", "a", "--part", "loop", "--part", "plant"): "fmu: --part loop and --part plant: only one is expected",
+    ("plot", "a", "--from", "1", "--from", "2"): "plot: --from 1 and --from 2: only one is expected",
+    ("list", "--keys", "--keys"): "list: --keys is given twice",
 }
 
 
@@ -61,6 +76,14 @@ MISTAKES = {
 def test_a_wrong_command_line(sim, arguments):
     result = sim.fails(MISTAKES[arguments] + HINT, *arguments, status=2)
     assert result.stdout == ""
+
+
+def test_options_for_different_names_are_all_taken(sim):
+    """Also where one name begins with the other."""
+    sim.write("a.csv", "time,cmd,torque\n0,1,2\n0.001,1,2\n0.002,1,2\n")
+    text = sim.ok("log", "a.csv", "--column", "t=time", "--column", "u=cmd", "--column", "F=torque", "--unit", "u=mN", "--unit", "F=mN")
+    assert text.startswith("t_s,u_N,F_N,segment\n0,0.001,0.002,0\n")
+    sim.ok("run", "step", "--set", "duration_s=3", "--set", "compensator.friction.k_max=21", "--set", "compensator.friction.k_min=7")
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("-h",), ("fly", "--help")])

@@ -244,6 +244,7 @@ REFUSED = {
     "falling stamps": ("t_s,u_N\n0.003,0\n0.002,0\n0.001,0\n0,0\n", ["--resample"], "log.csv:3:1: t_s: falls from row to row: the log runs backwards"),
     "stamps that begin anew": ("t_s,u_N\n" + "".join(f"{k % 50 / 1000},0\n" for k in range(100)), ["--resample"],
                                "log.csv:52:1: t_s: goes back by 0.049 s, to 0 s: the clock begins anew here; split the log here and pass both files as one experiment"),
+    "rows without end": ("t_s,u_N\n0,0\n1,0\n2,0\n", ["--resample=1e-9"], "log.csv: 2 s at --resample=1e-09 are 2e+09 rows, and a log may have 50000000: --resample=8e-08 makes fewer"),
     "stamps twice": ("t_s,u_N\n0,0\n0,0\n0.001,0\n0.002,0\n", [], "log.csv:3:1: t_s: 0 does not come after 0; 1 stamps appear twice, 0 go back (--resample repairs this)"),
     "behind comments": ("# a\n# b\nt_s,u_N\n0,0\n0.001,x\n", [], "log.csv:5:7: u_N: 'x' is not a number"),
     "back in time behind comments": ("# a\nt_s,u_N\n0,0\n0.001,0\n0,0\n", [], "log.csv:5:1: t_s: 0 does not come after 0.001; 0 stamps appear twice, 1 go back (--resample repairs this)"),

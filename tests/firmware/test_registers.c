@@ -1566,6 +1566,7 @@ static void test_a_trace_out_of_range_is_refused(void)
         write_word(wrong[i].at, wrong[i].word);
         TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_TRACE));
         TEST_ASSERT_EQUAL_UINT32(REGISTERS_TRACE_REFUSED, STATE_OF(outcome));
+        TEST_ASSERT_EQUAL_HEX32(wrong[i].at == REQUEST_AT(after) ? REQUEST_AT(after) : 0u, STATE_OF(refused_register));
         write_word(wrong[i].at, was);
     }
     TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_number(REQUEST_AT(level), NAN));

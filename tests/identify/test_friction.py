@@ -356,10 +356,10 @@ def test_a_refusal_writes_nothing(log, tmp_path, capsys):
 BAD = {
     "no file": (["friction", "none.csv"], "none.csv: cannot be opened"),
     "no column": (["friction", "LOG", "--column", "F=force"], "no column is named force"),
-    "unit": (["friction", "LOG", "--unit", "u=lbf"], "--unit u=lbf: there are"),
+    "unit": (["friction", "LOG", "--unit", "u=lbf"], "--unit u=lbf: units are s, ms"),
     "actuator": (["friction", "LOG", "--actuator", "-1"], "--actuator: value -1: must be 0 or"),
     "lag": (["friction", "LOG", "--lag", "nan"], "--lag: value nan: must be"),
-    "scenario": (["friction", "LOG", "--scenario", "none.yaml"], "none.yaml: cannot be read: No such file or directory"),
+    "scenario": (["friction", "LOG", "--scenario", "none.yaml", "--out", "OUT"], "none.yaml: cannot be read: No such file or directory"),
     "levels": (["plan", "--low", "0.1", "--high", "0.6", "--levels", "3", "--out", "OUT"], "--levels: value 3: must be 4 to 32"),
     "range": (["plan", "--low", "0.6", "--high", "0.1", "--out", "OUT"], "--high: value 0.1: must be above --low"),
     "repeats": (["plan", "--low", "0.1", "--high", "0.6", "--repeats", "1", "--out", "OUT"], "--repeats: value 1: must be 2 to 100"),
@@ -515,6 +515,23 @@ def refused(values):
     except InputError as error:
         return str(error)
     return ""
+
+
+@pytest.mark.parametrize("values", [{"low": 0.1, "high": 0.6, "rate": 1e-6}, {"low": -1e6, "high": 1e6, "rate": 1.0}, {"low": 0.1, "high": 0.6, "rate": 1e-3, "hysteresis": True},
+                                    {"low": 0.1, "high": 0.6, "rate": 0.05, "levels": 32, "repeats": 100}])
+def test_a_plan_that_lasts_longer_than_a_run_may_is_told_the_rate_that_would_do(values, monkeypatch):
+    monkeypatch.setattr(Plan, "corners", lambda _: pytest.fail("makes the rows before it looks"))
+    found = re.fullmatch(r"--rate: value \S+: must be at least (\S+) N/s: the experiment would take (\S+) s, and a run at most 86400 s; fewer --repeats or --levels shorten it, too", refused(values))
+    assert found and float(found[2]) > 86400
+    plan = Plan(**values | {"rate": float(found[1])}).check()
+    monkeypatch.undo()
+    assert 80_000 < plan.seconds() <= 86400
+    assert Plan(0.1, 0.6, hysteresis=True).check().corners()[-1, 0] == pytest.approx(Plan(0.1, 0.6, hysteresis=True).check().seconds(), rel=1e-9)
+
+
+@pytest.mark.parametrize("high", [1e6, 1e-7])
+def test_no_plan_is_refused_for_a_rate_that_was_not_given(high):
+    assert "--rate" not in refused({"low": 0.0, "high": high})
 
 
 def test_levels_that_noise_hides_are_told_how_many_would_do():

@@ -3,10 +3,12 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import synthetic
 
+from tribo_identify import logs
 from tribo_identify.cli import main
 
 
@@ -17,6 +19,12 @@ def test_a_log_without_u_or_of_other_sizes_is_refused_for_that(tmp_path, capsys,
     (tmp_path / "log.csv").write_text(f"{head}\n" + "".join(f"{k / 1000},{times * (k % 1001) / 1000},{k % 501 / 1000}\n" for k in range(4000)))
     assert main(["friction", str(tmp_path / "log.csv"), "--out", str(tmp_path / "out")]) == code
     assert why in capsys.readouterr().err and not (tmp_path / "out").exists()
+
+
+def test_a_log_whose_name_begins_with_a_hyphen_is_read(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "-log.csv").write_text("t_s,u_N,F_N\n0,1,2\n0.001,3,4\n")
+    assert logs.read(["-log.csv"]).rows == logs.read([Path("./-log.csv")]).rows == 2
 
 
 @pytest.mark.parametrize("locale", ["C", "C.UTF-8", "de_DE.ISO-8859-1"])

@@ -160,11 +160,28 @@ def test_a_wrong_place_is_found_before_a_trace_and_an_acknowledgement(serve, tmp
     ("start now", "start takes no argument, but now was given"), ("stop x", "stop takes no argument"), ("status x", "status takes no argument"),
     ("trace x", "trace takes no argument"), ("fault x", "fault takes no argument"), ("list x", "list takes no argument"),
     ("ports x", "ports takes no argument"), ("params save x", "params save takes no argument"), ("params defaults x", "params defaults takes no argument"),
-    ("status --device tcp:localhost:1 --baud 9600", "--baud: tcp:localhost:1 is no serial line")])
+    ("status --device tcp:localhost:1 --baud 9600", "--baud: tcp:localhost:1 is no serial line"),
+    ("status -u 2 --unit=3", "--unit 2 and --unit 3: only one is expected"), ("status --json --json", "--json is given twice")])
 def test_options_without_effect_are_refused_before_a_drive_is_queried(words, why):
     done = subprocess.run([os.environ["TRIBO_LINK"], *words.split()], capture_output=True, text=True, timeout=600, check=False,
                           env={**os.environ, "TRIBO_LINK_DEVICE": "/dev/null/none"})
     assert done.returncode == 2 and done.stdout == "" and done.stderr.startswith(f"tribo-link: {why}"), done
+
+
+def test_a_param_is_set_once(serve):
+    served = serve()
+    was = served.link("params", "get", "compensator.gain", "limits.u_max_N")
+    assert "params set compensator.gain=0.5 compensator.gain=0.7: only one is expected" in served.link("params", "set", "compensator.gain=0.5", "limits.u_max_N=1", "compensator.gain=0.7", status=2)
+    assert served.link("params", "get", "compensator.gain", "limits.u_max_N") == was
+
+
+def test_a_trace_that_the_ring_does_not_hold_names_the_option_and_its_range(serve):
+    served = serve()
+    for signals, most in (("r_N", 65535), ("r_N,F_N,u_N", 21844)):
+        words = ("trace", "--trigger", "fault", "--wait", "0", "--signals", signals, "--after")
+        for after in (most + 1, 4294967295):
+            assert f"trace: --after {float(after):.7g}: 0 to {most} is expected, because" in served.link(*words, after, status=2)
+        assert "the trigger fault did not come" in served.link(*words, most, status=2)
 
 
 def test_a_line_in_use_is_refused_with_its_holder(serve):

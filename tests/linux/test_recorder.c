@@ -36,6 +36,17 @@ static void start(void)
 {
     recorder = recorder_start(path, &error);
     TEST_ASSERT_NOT_NULL(recorder);
+    TEST_ASSERT_TRUE(recorder_open(recorder, &error));
+}
+
+static void refuse(const char *place)
+{
+    common_error_t unused = {""};
+    recorder              = recorder_start(place, &error);
+    TEST_ASSERT_NOT_NULL(recorder);
+    TEST_ASSERT_FALSE(recorder_open(recorder, &error));
+    (void)recorder_stop(recorder, &written, &dropped, &unused);
+    TEST_ASSERT_EQUAL_UINT64(0, written);
 }
 
 static void add(unsigned number)
@@ -176,14 +187,14 @@ static void test_a_pipe_without_a_reader_is_refused(void)
 {
     char message[128];
     TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
-    TEST_ASSERT_NULL(recorder_start(path, &error));
+    refuse(path);
     (void)snprintf(message, sizeof message, "--log %s: this pipe has no reader", path);
     TEST_ASSERT_EQUAL_STRING(message, error.text);
 }
 
 static void test_a_disk_without_room_for_the_head_is_reported(void)
 {
-    TEST_ASSERT_NULL(recorder_start("/dev/full", &error));
+    refuse("/dev/full");
     TEST_ASSERT_EQUAL_STRING("--log /dev/full: No space left on device", error.text);
 }
 
@@ -253,7 +264,7 @@ static void test_a_full_disk_loses_only_the_rows_it_did_not_take(void)
 
 static void test_a_file_that_cannot_be_made_is_named(void)
 {
-    TEST_ASSERT_NULL(recorder_start("/nowhere/log.csv", &error));
+    refuse("/nowhere/log.csv");
     TEST_ASSERT_EQUAL_STRING("--log /nowhere/log.csv: No such file or directory", error.text);
 }
 

@@ -446,6 +446,37 @@ def test_without_the_privileges_it_says_so(drive, required, status):
     assert ("100 ticks" in run.stderr) == (status == 0)
 
 
+@pytest.mark.parametrize("what, limits", [("the thread of --log cannot be started", {resource.RLIMIT_STACK: 1 << 46}), ("no real time", {resource.RLIMIT_RTPRIO: 0, resource.RLIMIT_MEMLOCK: 0})])
+@pytest.mark.parametrize("old", [None, "t_s,r_N\n0,1\n"])
+def test_a_run_that_cannot_begin_leaves_the_log_as_it_was(drive, what, limits, old):
+    """No thread has room for a stack as large as the limit of one."""
+    if resource.RLIMIT_STACK in limits and b"__asan_init" in pathlib.Path(drive.program).read_bytes():
+        pytest.skip("a sanitizer sizes the stacks of threads itself")
+
+    def restrict():
+        for limit, value in limits.items():
+            resource.setrlimit(limit, (value, value))
+
+    log = drive.folder / "log.csv"
+    drive.write("rig.yaml", CLOCK_RIG.replace("required: no", "required: yes"))
+    shutil.copy(drive.program, drive.folder / "tribo-desk")
+    drive.program = "./tribo-desk"
+    drive.folder.chmod(0o777)
+    if old is not None:
+        log.write_text(old)
+        log.chmod(0o666)
+    run = drive.run("rig.yaml", "--duration", "0.1", "--log", "log.csv", preexec_fn=restrict, **({"user": 65534, "group": 65534} if os.geteuid() == 0 else {}))
+    assert run.returncode == 1 and f"tribo-desk: {what}" in run.stderr
+    assert (log.read_text() if log.exists() else None) == old
+
+
+def test_an_option_is_given_once(drive):
+    for words, said in ((("--duration", "1", "--dur=2"), "--duration 1 and --duration 2: only one is expected"), (("--check", "-c"), "--check is given twice"),
+                        (("--set", "duration_s=1", "--set", "reference.kind=sine", "--set", "duration_s=2"), "--set duration_s=1 and --set duration_s=2: only one is expected")):
+        run = drive.run("rig.yaml", *words)
+        assert run.returncode == 2 and f": {said}\n" in run.stderr, run
+
+
 def test_a_duration_ends_it(drive):
     log, said = drive.ticks(100, "--duration", "0.05")
     assert len(log["t_s"]) == 50 and "50 ticks" in said

@@ -53,5 +53,11 @@ with tempfile.TemporaryDirectory() as folder:
         assert done.returncode != 0 and said in done.stderr and "Traceback" not in done.stderr, (program, words, done)
         assert not os.listdir(folder), (program, words)
 
+# The usage of tools/setup names everything that it takes.
+cases = re.search(r'case "\${1-}" in\n(.*?)\nesac', (ROOT / "tools/setup").read_text(encoding="utf-8"), re.S)[1]
+taken = [word for line in re.findall(r"^    ([a-z][\w| -]*)\)", cases, re.M) for word in line.split(" | ")]
+usage = subprocess.run([ROOT / "tools/setup"], capture_output=True, text=True, check=False, timeout=60).stderr
+assert len(taken) > 15 and set(taken) == set(re.sub(r".*tools/setup (check .*) NAME.*", r"\1", usage.strip()).split(" | ")), (taken, usage)
+
 released = re.findall(r"^## (\d\S*) - \d{4}-\d\d-\d\d$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.M)
 assert released[0] == VERSION, released

@@ -123,6 +123,44 @@ def test_options_without_effect_are_refused(tmp_path, options, why):
     assert (result.returncode, result.stdout, result.stderr) == (1, "", f"tribo-plot: {why}\n") and not (tmp_path / "x.png").exists()
 
 
+PATH = {"PYTHONPATH": os.pathsep.join(str(ROOT / "tools" / name) for name in ("", "design", "identify", "rig"))}
+
+
+@pytest.mark.parametrize("command, said", [
+    ([*TOOL, "tribo_plot", "a", "--out", "b", "--out", "c"], "--out b and --out c: only one is expected"),
+    ([*TOOL, "tribo_plot", "a", "--out", "b", "--all", "--all"], "--all is given twice"),
+    ([*TOOL, "tribo_plot.sweep", "a", "--workers", "1", "--work=2"], "--workers 1 and --workers 2: only one is expected"),
+    ([*TOOL, "tribo_design", "compare", "a", "--structures", "pi", "--structures", "pid"], "--structures pi and --structures pid: only one is expected"),
+    ([*TOOL, "tribo_identify", "plan", "--low", "-1", "--low", "1"], "--low -1 and --low 1: only one is expected"),
+    ([*TOOL, "tribo_identify", "friction", "a", "--column", "u=b", "--column", "F=b", "--column", "u=c"], "--column u=b and --column u=c: only one is expected"),
+    ([*TOOL, "tribo_identify", "friction", "a", "--resample", "--resample", "1"], "--resample and --resample 1: only one is expected"),
+    ([*TOOL, "tribo_rig", "a", "--joint", "--joint"], "--joint is given twice"),
+    ([sys.executable, "-B", ROOT / "tools/tribo-fmu", "--part", "axis", "--set", "a=1", "--set", "b=1", "--set", "a=2"], "--set a=1 and --set a=2: only one is expected"),
+    ([sys.executable, "-B", ROOT / "tools/link/demo-drive", "--port", "1", "--port", "2"], "--port 1 and --port 2: only one is expected"),
+    ([sys.executable, "-B", ROOT / "tools/dev/playground", "--port", "1", "--port", "2"], "--port 1 and --port 2: only one is expected")])
+def test_an_option_is_given_once(tmp_path, command, said):
+    result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, env=ENVIRONMENT | PATH, timeout=600)
+    assert result.returncode == 2 and result.stderr.endswith(f": error: {said}\n"), result
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_may_be_repeated_is_taken_in_order(tmp_path):
+    (tmp_path / "other.csv").write_text(RUN, encoding="ascii")
+    result = plot(tmp_path, "run.csv", "other.csv", "--name", "one", "--name", "one", "--name", "three", "--out", "x.png")
+    assert result.stderr == "tribo-plot: --name three: there are 3 names for 2 runs\n"
+
+
+def test_names_that_begin_with_a_hyphen_are_names(tmp_path):
+    """Also where tribo-sim passes them to tribo-plot."""
+    sim = os.environ["TRIBO_SIM"]
+    short = ("--set", "duration_s=0.1", "--set", "metrics.start_s=0")
+    for words in (("run", "step", *short, "--out=-run", "--plot=-a.svg", "--all"), ("run", "step", *short, "--plot=-b.svg"), ("plot", "--out=-c.svg", "--name=-x", "--from", "-1", "--", "-run", "-run/trace.csv"),
+                  ("plot", "--all", "--out=-d.svg", "./-run")):
+        done = subprocess.run([sim, *words], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=600)
+        assert (done.returncode, done.stderr) == (0, ""), (words, done)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["-a.svg", "-b.svg", "-c.svg", "-d.svg", "-run"]
+
+
 def test_options_of_a_run_are_refused_for_a_sweep_and_mcap(tmp_path):
     (tmp_path / "rows.parquet").write_bytes(b"")
     for option in (["--name", "a"], ["--from", "1"], ["--to", "1"], ["--all"]):

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 import os
 import pathlib
 import re
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 import tribo
+from tribo import _run
 
 SIM = os.environ["TRIBO_SIM"]
 LEAST = {"duration_s": 0.1, "reference.kind": "step"}
@@ -19,7 +21,7 @@ LEAST = {"duration_s": 0.1, "reference.kind": "step"}
 
 def played(folder, scenario, *words):
     """What tribo-sim leaves of the same run: the text of its traces, and its summary."""
-    subprocess.run([SIM, "run", scenario, *words, "--out", folder], check=True, capture_output=True)
+    subprocess.run([SIM, "run", scenario, *map(str, words), "--out", folder], check=True, capture_output=True)
     return [path.read_text() for name in ("trace.csv", "trace_q31.csv") if (path := pathlib.Path(folder) / name).exists()], json.loads((pathlib.Path(folder) / "summary.json").read_text())
 
 
@@ -124,10 +126,55 @@ def test_a_refusal_names_the_key(keys, field, words):
     assert not isinstance(refused.value, tribo.StatusError)
 
 
+@pytest.mark.parametrize("keys, arith, bounds", [({"duration_s": 86400}, None, (10_000, 40_000)), ({"duration_s": 86400}, "both", (5_000, 20_000)),
+                                                 ({"duration_s": 86400, "compensator.method": "off"}, None, (10_000, 60_000)),
+                                                 ({"duration_s": 300, "sample_time_s": 1e-5, "plant.step_s": 1e-5, "controller": {"kind": "pi", "kp": 1.0, "ki_per_s": 1.0}, "compensator.method": "off", "compensator.friction.pulse_width_s": 1e-4}, None, (100, 400))])
+def test_a_run_whose_trace_would_fill_the_memory_is_refused(monkeypatch, keys, arith, bounds):
+    monkeypatch.setattr(_run, "TRACE_BYTES_MAX", 4 << 30)
+    with pytest.raises(tribo.ScenarioError) as refused:
+        tribo.run("step", keys, arith=arith)
+    found = re.match(rf"duration_s: {keys['duration_s']} is outside {keys.get('sample_time_s', 0.001):g} to (\d+): a trace of \d+ rows takes ([\d.]+) GB of memory, more than 4.29 GB; decimate=(\d+) keeps fewer rows$", str(refused.value))
+    assert found and bounds[0] < int(found[1]) < bounds[1] and refused.value.field == "duration_s"
+    assert float(found[2]) / 4.295 == pytest.approx(keys["duration_s"] / int(found[1]), rel=0.05) and int(found[3]) == math.ceil(keys["duration_s"] / int(found[1]))
+
+
+def test_the_longest_run_that_a_refusal_names_is_taken(monkeypatch):
+    keys = {"metrics.start_s": 0}
+    columns = len(tribo.run("step", keys, duration_s=1))
+    monkeypatch.setattr(_run, "TRACE_BYTES_MAX", 8 * columns * 1000 + 7)
+    assert len(tribo.run("step", keys, duration_s=1).t_s) == 1000
+    for arith, words in ((None, "1.001 is outside 0.001 to 1: a trace of 1001 rows takes .*decimate=2 "), ("both", "1.001 is outside 0.001 to 0: .*decimate=3 ")):
+        with pytest.raises(tribo.ScenarioError, match=words):
+            tribo.run("step", keys, duration_s=1.001, arith=arith)
+    assert len(tribo.run("step", keys, duration_s=1.001, decimate=2).t_s) == 501
+    assert len(tribo.run("step", keys, duration_s=1.001, decimate=3, arith="both").q31.t_s) == 334
+
+
+@pytest.mark.parametrize("every", [1, 7, 1000, 10**18])
+def test_decimate_keeps_the_first_of_so_many_rows(tmp_path, every):
+    (trace, trace_q31), _ = played(tmp_path, "triangle", "--arith", "both", "--set", "duration_s=3", "--set", "metrics.start_s=1", "--decimate", every)
+    run, whole = (tribo.run("triangle", {"metrics.start_s": 1}, duration_s=3, arith="both", decimate=n) for n in (every, 1))
+    assert as_csv(run) == trace and as_csv(run.q31) == trace_q31
+    assert run.summary.rms_error_N == whole.summary.rms_error_N and len(run.t_s) == -(-3000 // every)
+
+
+@pytest.mark.parametrize("value", [0, -1, 1.5, "2", True, None, 2**63])
+def test_a_useless_decimate_is_named(value):
+    with pytest.raises(ValueError, match=re.escape(f"decimate={value!r}: a whole number of 1 or more is expected")):
+        tribo.run("step", decimate=value)
+
+
 def test_the_librarys_refusal_of_a_run_is_a_status():
     with pytest.raises(tribo.StatusError) as refused:
         tribo.run("triangle", {"compensator.friction.pulse_width_s": 0.1})
     assert (refused.value.status, refused.value.field) == ("PULSE_WIDTH", "compensator.friction.pulse_width_s")
+
+
+@pytest.mark.parametrize("keys, keywords", [({"compensator.gain": 1, "gain": 0.5}, {}), ({"compensator.gain": 1}, {"gain": 0.5}), ({"gain": 1}, {"gain": 0.5})])
+def test_a_key_that_is_given_twice_is_refused(keys, keywords):
+    with pytest.raises(tribo.ScenarioError, match="^compensator.gain: is given twice: 1 and 0.5$") as refused:
+        tribo.run("step", keys, **keywords)
+    assert refused.value.field == "compensator.gain"
 
 
 def test_a_scenario_that_is_not_there():

@@ -297,6 +297,23 @@ static bool complain_of_protection(link_bus_t *bus, bool runs)
                          runs ? "; stop the drive first" : "; the drive is locked");
 }
 
+/// Names --after if the drive's ring is too short for it.
+static bool complain_of_trace(link_bus_t *bus, const char *what)
+{
+    uint32_t said[5] = {0}; // as in complain_of_set
+    if (!link_bus_read(bus, link_find("refused_register")->address, said, 5))
+    {
+        return false;
+    }
+    return said[0] == link_find("trace.after")->address
+               ? link_complain("%s: --after %.7g: 0 to %.7g is expected, because the drive holds no more samples of so "
+                               "many signals",
+                               what,
+                               (double)link_float(said[2]),
+                               (double)link_float(said[4]))
+               : link_complain("%s: refused: %s", what, link_outcome_text((uint32_t)LINK_TRACE_REFUSED));
+}
+
 /// Prints each protection register whose staged value differs from the drive's.
 static bool say_changes(link_bus_t *bus)
 {
@@ -421,6 +438,10 @@ static bool judge(link_bus_t *bus, unsigned command, uint32_t outcome, const cha
     if (outcome == (uint32_t)LINK_SET_REFUSED)
     {
         return complain_of_set(bus);
+    }
+    if (outcome == (uint32_t)LINK_TRACE_REFUSED)
+    {
+        return complain_of_trace(bus, what);
     }
     if (outcome == (uint32_t)LINK_PROTECTED || outcome == (uint32_t)LINK_LOCKED)
     {

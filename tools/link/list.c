@@ -220,6 +220,7 @@ _Static_assert(LINK_WINDOW == REGISTERS_WINDOW && (unsigned)LINK_DONE == (unsign
                    (unsigned)LINK_WRONG_STATE == (unsigned)REGISTERS_WRONG_STATE &&
                    (unsigned)LINK_NOT_SAVED == (unsigned)REGISTERS_NOT_SAVED &&
                    (unsigned)LINK_SET_REFUSED == (unsigned)REGISTERS_SET_REFUSED &&
+                   (unsigned)LINK_TRACE_REFUSED == (unsigned)REGISTERS_TRACE_REFUSED &&
                    (unsigned)LINK_PROTECTED == (unsigned)REGISTERS_PROTECTED &&
                    (unsigned)LINK_LOCKED == (unsigned)REGISTERS_LOCKED,
                "as in registers.h");

@@ -57,8 +57,9 @@ typedef enum
     LINK_WRONG_STATE,
     LINK_SET_REFUSED,
     LINK_NOT_SAVED = 5,
-    LINK_PROTECTED = 7,
-    LINK_LOCKED    = 8
+    LINK_TRACE_REFUSED,
+    LINK_PROTECTED,
+    LINK_LOCKED
 } link_outcome_t;
 
 #define LINK_WINDOW 62u ///< words

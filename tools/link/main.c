@@ -10,6 +10,7 @@
 #include "status.h"
 #include "support/clock.h"
 #include "support/number.h"
+#include "support/options.h"
 #include "support/output_file.h"
 
 #include "tribo/status.h"
@@ -43,7 +44,6 @@ typedef struct
     uint64_t       decimation, after;
     bool           acknowledge, markdown;
     bool           wants_help;
-    uint32_t       given;    ///< the given options, one bit each in the order of `known`
     bool           is_short; ///< no command: the state in a few lines
     status_watch_t watching;
     const char    *listen, *allow;
@@ -299,6 +299,14 @@ static int set_params(link_bus_t *bus, const options_t *options)
         if (!parse_change(bus, &changes[i], options->words[i]))
         {
             return EXIT_FAILED;
+        }
+        for (int k = 2; k < i; k++)
+        {
+            if (changes[k].row == changes[i].row)
+            {
+                (void)link_complain("params set %s %s: only one is expected", options->words[k], options->words[i]);
+                return EXIT_FAILED;
+            }
         }
     }
     bool ok = link_bus_command(bus, REGISTERS_REVERT, "staging the params");
@@ -1128,13 +1136,16 @@ static int take_baud(struct argp_state *state, const char *text)
     return 0;
 }
 
+static common_options_t given;
+
 static error_t take(int key, char *value, struct argp_state *state)
 {
-    options_t *options = state->input;
-    uint64_t   whole   = 0;
-    for (size_t i = 0; known[i].name != NULL; i++)
+    common_error_t error   = {""};
+    options_t     *options = state->input;
+    uint64_t       whole   = 0;
+    if (!common_options_add(&given, known, key, value, &error))
     {
-        options->given |= known[i].key == key ? UINT32_C(1) << i : 0u;
+        argp_error(state, "%s", error.text);
     }
     switch (key)
     {
@@ -1292,29 +1303,29 @@ static int show_help(const char *command)
     return 0;
 }
 
-static bool is_given(const options_t *options, int key)
+static bool is_given(int key)
 {
-    size_t i = 0;
-    while (known[i].key != key)
+    bool found = false;
+    for (size_t i = 0; i < given.count; i++)
     {
-        i++;
+        found = found || given.given[i].option->key == key;
     }
-    return (options->given >> i & 1u) != 0u;
+    return found;
 }
 
 /// Refuses a trace's options that its trigger ignores.
 static bool check_trigger(const options_t *options)
 {
     const bool is_level = strcmp(options->trigger, "rise") == 0 || strcmp(options->trigger, "fall") == 0;
-    if (is_given(options, OPTION_LEVEL) && !is_level)
+    if (is_given(OPTION_LEVEL) && !is_level)
     {
         return link_complain("trace: --level needs --trigger rise or fall");
     }
-    if (is_given(options, OPTION_WATCH) && !is_level && strcmp(options->trigger, "reversal") != 0)
+    if (is_given(OPTION_WATCH) && !is_level && strcmp(options->trigger, "reversal") != 0)
     {
         return link_complain("trace: --watch needs --trigger reversal, rise or fall");
     }
-    return !is_given(options, OPTION_AFTER) || strcmp(options->trigger, "none") != 0 ||
+    return !is_given(OPTION_AFTER) || strcmp(options->trigger, "none") != 0 ||
            link_complain("trace: --after needs a --trigger");
 }
 
@@ -1343,17 +1354,18 @@ static bool check_words(const options_t *options)
 /// Refuses options that the command would ignore.
 static bool check_given(const options_t *options)
 {
-    for (size_t i = 0; known[i].name != NULL; i++)
+    for (size_t i = 0; i < given.count; i++)
     {
-        if ((options->given >> i & 1u) != 0u && !is_of(&known[i], options->words[0]))
+        const struct argp_option *option = given.given[i].option;
+        if (!is_of(option, options->words[0]))
         {
             return link_complain("%s has no option --%s (tribo-link %s --help)",
                                  options->words[0],
-                                 known[i].name,
+                                 option->name,
                                  options->words[0]);
         }
     }
-    if (options->device != NULL && is_network(options->device) && is_given(options, OPTION_BAUD))
+    if (options->device != NULL && is_network(options->device) && is_given(OPTION_BAUD))
     {
         return link_complain("--baud: %s is no serial line", options->device);
     }

@@ -3,6 +3,7 @@
 #include "sim/commands.h"
 #include "sim/scenario_choice.h"
 #include "sim/tool.h"
+#include "support/text.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -74,23 +75,19 @@ static int run(int count, char **arguments)
     {
         return sim_usage("fmu: --arith is the loop's, and --part %s has none", options.part);
     }
-    char *const path = sim_scenario_path(scenario);
-    if (path == NULL)
+    char *const path      = sim_scenario_path(scenario);
+    char *const out       = common_text_format("--out=%s", options.out); // one word, as a name may begin with -
+    const char *words[10] = {"tribo-fmu", out, "--part", options.part, "--fmi", options.fmi};
+    size_t      used      = 6;
+    if (options.q31)
     {
-        return sim_failure("out of memory");
+        words[used++] = "--q31";
     }
-    const char *const words[] = {"tribo-fmu",
-                                 path,
-                                 "--part",
-                                 options.part,
-                                 "--out",
-                                 options.out,
-                                 "--fmi",
-                                 options.fmi,
-                                 options.q31 ? "--q31" : NULL,
-                                 NULL};
-    const int         done    = sim_tool_run(words);
+    words[used++]  = "--";
+    words[used]    = path;
+    const int done = path != NULL && out != NULL ? sim_tool_run(words) : sim_failure("out of memory");
     free(path);
+    free(out);
     return done;
 }
 

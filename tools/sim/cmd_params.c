@@ -146,7 +146,8 @@ static int open_and_make(options_t *options)
     {
         return sim_usage("params: %s is not a name in C: give one with --name", options->choice.name);
     }
-    const int status = check_out(options);
+    int status = sim_scenario_check_arithmetic(&options->choice, options->arith < 0 ? 1 : 0);
+    status     = status == 0 ? check_out(options) : status;
     if (status != 0)
     {
         return status;

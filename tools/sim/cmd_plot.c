@@ -2,15 +2,16 @@
 
 #include "sim/commands.h"
 #include "sim/tool.h"
+#include "support/text.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 typedef struct
 {
-    const char **words; ///< arguments of tribo-plot: the first is its name, a null follows the last
-    size_t       count;
-    bool         has_out;
+    char **words; ///< arguments of tribo-plot; a null follows the last
+    size_t count;
+    bool   has_out;
 } options_t;
 
 enum
@@ -32,35 +33,40 @@ static const struct argp_option known[] = {
     {.name = NULL}};
 // clang-format on
 
+/// Makes one word of an option with its value. tribo-plot would take a value or a path that begins with - for an option.
 static int take(void *context, int key, const char *value)
 {
-    static const char *const names[] = {"--out", "--from", "--to", "--name", "--all"};
-    options_t               *options = context;
-    if (key != SIM_OPTION_ARGUMENT)
-    {
-        options->words[options->count++] = names[key - SIM_OPTION_FIRST];
-        options->has_out                 = options->has_out || key == OPTION_OUT;
-    }
-    if (value != NULL)
-    {
-        options->words[options->count++] = value;
-    }
-    return 0;
+    options_t  *options              = context;
+    const bool  is_path              = key == SIM_OPTION_ARGUMENT;
+    const char *name                 = is_path ? "" : known[key - SIM_OPTION_FIRST].name;
+    char       *word                 = is_path         ? common_text_format("%s%s", value[0] == '-' ? "./" : "", value)
+                                       : value == NULL ? common_text_format("--%s", name)
+                                                       : common_text_format("--%s=%s", name, value);
+    options->has_out                 = options->has_out || key == OPTION_OUT;
+    options->words[options->count++] = word;
+    return word != NULL ? 0 : sim_failure("out of memory");
 }
 
 static int run(int count, char **arguments)
 {
-    // At most two words for each argument.
-    options_t options = {.words = (const char **)calloc(2u * (size_t)count + 1u, sizeof(char *))};
-    if (options.words == NULL)
+    char     *name    = strdup("tribo-plot");
+    options_t options = {.words = (char **)calloc((size_t)count + 2u, sizeof(char *)), .count = 1};
+    if (options.words == NULL || name == NULL)
     {
+        free(name);
+        free((void *)options.words);
         return sim_failure("out of memory");
     }
-    options.words[options.count++] = "tribo-plot";
-    int status                     = sim_options_parse(&sim_command_plot, count, arguments, &options, NULL);
+    options.words[0] = name;
+    int status       = sim_options_parse(&sim_command_plot, count, arguments, &options, NULL);
     if (status == 0)
     {
-        status = options.has_out ? sim_tool_run(options.words) : sim_usage("plot: --out FILE is expected");
+        status = options.has_out ? sim_tool_run((const char *const *)options.words)
+                                 : sim_usage("plot: --out FILE is expected");
+    }
+    for (size_t i = 0; i < options.count; i++)
+    {
+        free(options.words[i]);
     }
     free((void *)options.words);
     return status;

@@ -94,7 +94,7 @@ enum
 // clang-format off: one row an option
 static const struct argp_option known[] = {
     {.name = "params", .key = OPTION_PARAMS, .arg = "FILE.yaml", .doc = "keys of a scenario's `compensator`; the paper's values if left out"},
-    {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "sets one of these keys, e.g. compensator.friction.k_min=8; may be repeated"},
+    {.name = "set", .key = OPTION_SET, .arg = "KEY=VALUE", .doc = "sets one of these keys, e.g. compensator.friction.k_min=8"},
     {.name = "force", .key = OPTION_FORCE, .arg = "own|measured", .doc = "takes F from the compensator's own arm model (if left out), or from the log"},
     {.name = "out", .key = OPTION_OUT, .arg = "OUT.csv", .doc = "the file to write; standard output if left out"},
     {.name = "plot", .key = OPTION_PLOT, .arg = "FILE.png|svg|html", .doc = "draws the result (see `plot`; needs Python and matplotlib)"},

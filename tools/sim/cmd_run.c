@@ -490,7 +490,8 @@ static int check_options(const options_t *options)
     {
         return sim_usage("--decimate needs --out or --plot");
     }
-    return !options->trace.is_chosen || has_trace ? 0 : sim_usage("--columns needs --out or --plot");
+    return !options->trace.is_chosen || has_trace ? sim_scenario_check_arithmetic(&options->choice, 1)
+                                                  : sim_usage("--columns needs --out or --plot");
 }
 
 static int run(int count, char **arguments)

@@ -1,6 +1,7 @@
 #include "sim/options.h"
 
 #include "sim/commands.h"
+#include "support/options.h"
 
 #include <errno.h>
 #include <stdbool.h>
@@ -37,8 +38,10 @@ static int complain_about(const sim_command_t *command, const char *word)
 
 static error_t take(int key, char *value, struct argp_state *state)
 {
-    parse_t             *parse   = state->input;
-    const sim_command_t *command = parse->command;
+    static common_options_t given;
+    common_error_t          error   = {""};
+    parse_t                *parse   = state->input;
+    const sim_command_t    *command = parse->command;
     if (key == ARGP_KEY_ARG)
     {
         parse->argument = value;
@@ -48,7 +51,9 @@ static error_t take(int key, char *value, struct argp_state *state)
     }
     if (key >= SIM_OPTION_FIRST && key <= OPTION_LAST)
     {
-        parse->status = command->take(parse->context, key, value);
+        parse->status = common_options_add(&given, command->options, key, value, &error)
+                            ? command->take(parse->context, key, value)
+                            : sim_usage("%s: %s", command->name, error.text);
         return parse->status == 0 ? 0 : EINVAL;
     }
     if (key == ARGP_KEY_ERROR && parse->status == 0)

@@ -30,17 +30,30 @@ char *sim_picture_folder(common_error_t *error)
 
 bool sim_picture_of(const char *path, const char *name, const char *out, bool is_whole, common_error_t *error)
 {
-    const char *words[8] = {"tribo-plot", path, "--out", out};
-    size_t      count    = 4;
+    // In one word with its option, because tribo-plot would take a name that begins with - for an option.
+    char       *out_word  = common_text_format("--out=%s", out);
+    char       *name_word = common_text_format("--name=%s", name != NULL ? name : "");
+    const char *words[7]  = {"tribo-plot", out_word};
+    size_t      count     = 2;
     if (name != NULL)
     {
-        words[count++] = "--name";
-        words[count++] = name;
+        words[count++] = name_word;
     }
-    words[count] = is_whole ? "--all" : NULL;
-    return sim_tool_run(words) == SIM_EXIT_OK ||
-           common_error_set(error,
-                            "there is no picture, but nothing is lost: tribo-sim plot %s --out %s draws it",
-                            path,
-                            out);
+    if (is_whole)
+    {
+        words[count++] = "--all";
+    }
+    words[count++] = "--";
+    words[count]   = path;
+    const bool ok =
+        out_word != NULL && name_word != NULL
+            ? sim_tool_run(words) == SIM_EXIT_OK ||
+                  common_error_set(error,
+                                   "there is no picture, but nothing is lost: tribo-sim plot %s --out %s draws it",
+                                   path,
+                                   out)
+            : common_error_set(error, "out of memory");
+    free(out_word);
+    free(name_word);
+    return ok;
 }

@@ -30,6 +30,15 @@ int sim_scenario_take_set(sim_scenario_choice_t *choice, const char *assignment)
     return 0;
 }
 
+int sim_scenario_check_arithmetic(const sim_scenario_choice_t *choice, int most)
+{
+    for (int i = 0; i < choice->set_count; i++)
+    {
+        most -= strncmp(choice->sets[i], "arithmetic=", strlen("arithmetic=")) == 0 ? 1 : 0;
+    }
+    return most >= 0 ? 0 : sim_usage("--arith and --set arithmetic: only one is expected");
+}
+
 void sim_scenario_choice_free(sim_scenario_choice_t *choice)
 {
     free((void *)choice->sets);

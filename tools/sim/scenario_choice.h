@@ -20,6 +20,9 @@ typedef struct
 int  sim_scenario_take_set(sim_scenario_choice_t *choice, const char *assignment);
 void sim_scenario_choice_free(sim_scenario_choice_t *choice);
 
+/// Returns 0 if at most `most` of the values of --set set `arithmetic`, which --arith sets as well; otherwise the exit status.
+int sim_scenario_check_arithmetic(const sim_scenario_choice_t *choice, int most);
+
 /// Loads the scenario, applies the values of --set, and checks it all. Null with the error filled in on failure.
 common_scenario_t *sim_scenario_open(const sim_scenario_choice_t *choice, common_error_t *error);
 

@@ -1,12 +1,12 @@
 """The command line of tribo-plot."""
 
-import argparse
 import importlib.util
 import math
 import sys
 from pathlib import Path
 
 from . import output, panels, runs
+from .command_line import Parser
 from .runs import PlotError
 from .version import add_option
 
@@ -14,7 +14,7 @@ SUFFIXES = (".png", ".svg", ".html", ".mcap")
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="tribo-plot",
         description="Draws runs, replays, sweeps, traces and logs of a drive; several of them on top of each other.",
     )

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from . import output
+from .command_line import Parser
 from .runs import PlotError
 from .version import add_option
 
@@ -22,7 +23,7 @@ def shard_of(text):
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(prog=PROGRAM, description=__doc__)
+    parser = Parser(prog=PROGRAM, description=__doc__)
     parser.add_argument("study", metavar="STUDY", help="a study's file, or the name of one that came with tribo")
     parser.add_argument("--out", type=Path, metavar="DIR", help="where DIR/rows.parquet goes; rows that are there already are not played again")
     parser.add_argument("--workers", type=int, metavar="N", help="how many runs at a time; one for each core if left out")

@@ -20,6 +20,7 @@
 #include "support/data_path.h"
 #include "support/file.h"
 #include "support/number.h"
+#include "support/options.h"
 #include "support/output_file.h"
 #include "tribo/status.h"
 
@@ -158,7 +159,13 @@ static int finish(int status)
 
 static error_t take(int key, char *value, struct argp_state *state)
 {
-    options_t *options = state->input;
+    static common_options_t given;
+    common_error_t          error   = {""};
+    options_t              *options = state->input;
+    if (!common_options_add(&given, known, key, value, &error))
+    {
+        argp_error(state, "%s", error.text);
+    }
     switch (key)
     {
     case '?':
@@ -499,6 +506,11 @@ static int run(void *context, heart_t *heart)
             return EXIT_SETUP;
         }
         error.text[0] = '\0';
+    }
+    if (!recorder_open(program->recorder, &error))
+    {
+        (void)fprintf(stderr, "%s: %s\n", program_invocation_short_name, error.text);
+        return EXIT_SETUP;
     }
     const uint64_t ticks = run_ticks(program, heart, &error);
     if (has_bus && !background_stop(&program->background) && error.text[0] == '\0')

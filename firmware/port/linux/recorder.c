@@ -29,8 +29,8 @@ struct recorder
     atomic_bool          stops, has_ended;
     atomic_int_fast64_t  moved_ns; ///< when the file last took some bytes, or the end began
     uint64_t             dropped;  ///< rows dropped; only the tick writes this
-    const char          *path;     ///< name of the file in messages
-    int                  file;
+    const char          *path;
+    int                  file;     ///< -1: not open yet, and there are no rows
     int                  failed;   ///< errno of the first row that was not written
     bool                 is_stuck; ///< the last try failed
     pthread_t            thread;
@@ -159,26 +159,32 @@ recorder_t *recorder_start(const char *path, common_error_t *error)
         (void)common_error_set(error, "out of memory");
         return NULL;
     }
-    static const char head[] = "t_s,r_N,F_N,u_N,state,fault,limits,late_us,step_us\n";
-    recorder->path           = path;
-    recorder->file           = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
-    int status               = recorder->file < 0 ? errno : write_whole(recorder, head, sizeof head - 1u);
-    if (status == 0)
-    {
-        status = start_thread(recorder);
-    }
+    recorder->path   = path;
+    recorder->file   = -1;
+    const int status = start_thread(recorder);
     if (status != 0)
     {
-        const bool is_pipe = status == ENXIO; // a pipe is opened without waiting for its reader
-        (void)common_error_set(error, "--log %s: %s", path, is_pipe ? "this pipe has no reader" : strerror(status));
-        if (recorder->file >= 0)
-        {
-            (void)close(recorder->file);
-        }
+        (void)common_error_set(error, "the thread of --log cannot be started: %s", strerror(status));
         free(recorder);
         return NULL;
     }
     return recorder;
+}
+
+bool recorder_open(recorder_t *recorder, common_error_t *error)
+{
+    static const char head[] = "t_s,r_N,F_N,u_N,state,fault,limits,late_us,step_us\n";
+    if (recorder == NULL)
+    {
+        return true;
+    }
+    recorder->file     = open(recorder->path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
+    const int  status  = recorder->file < 0 ? errno : write_whole(recorder, head, sizeof head - 1u);
+    const bool is_pipe = status == ENXIO; // a pipe is opened without waiting for its reader
+    return status == 0 || common_error_set(error,
+                                           "--log %s: %s",
+                                           recorder->path,
+                                           is_pipe ? "this pipe has no reader" : strerror(status));
 }
 
 void recorder_add(recorder_t *recorder, const recorder_row_t *row)

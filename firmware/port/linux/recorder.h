@@ -25,8 +25,12 @@ typedef struct
 
 typedef struct recorder recorder_t;
 
-/// Creates the file and starts the thread. `path` must outlive it. Returns null with the path and the cause in `error`.
+/// Starts the thread. `path` must outlive it. Returns null with the cause in `error`.
 recorder_t *recorder_start(const char *path, common_error_t *error);
+
+/// Replaces the file by one without rows. Call it last, when the run can begin. Returns false with the path and the cause in `error`.
+/// It does nothing if the recorder is null.
+bool recorder_open(recorder_t *recorder, common_error_t *error);
 
 /// Adds a row. Only the tick calls this. It does nothing if the recorder is null.
 void recorder_add(recorder_t *recorder, const recorder_row_t *row);

@@ -3,6 +3,7 @@
 import argparse
 import importlib
 
+from tribo_plot.command_line import Parser
 from tribo_plot.version import add_option
 
 from . import tuning
@@ -16,7 +17,7 @@ def main(argv=None):
 
 
 def _parser():
-    parser = argparse.ArgumentParser(prog="tribo-design", description="From a plant and weights to checked C coefficients.")
+    parser = Parser(prog="tribo-design", description="From a plant and weights to checked C coefficients.")
     add_option(parser, "tribo-design")
     commands = parser.add_subparsers(dest="command", required=True)
 

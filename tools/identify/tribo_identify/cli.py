@@ -1,10 +1,10 @@
 """The command line of tribo-identify. It imports only the standard library until a command runs, so that --help starts at once and a build can make the manual page."""
 
-import argparse
 import importlib
 
 from tribo_design.options import add_columns, add_number
 from tribo_design.errors import run_command
+from tribo_plot.command_line import Parser
 from tribo_plot.version import add_option
 
 
@@ -13,7 +13,7 @@ def main(argv=None):
 
 
 def _parser():
-    parser = argparse.ArgumentParser(prog="tribo-identify", description="Finds friction parameters from logs of your own rig.")
+    parser = Parser(prog="tribo-identify", description="Finds friction parameters from logs of your own rig.")
     add_option(parser, "tribo-identify")
     commands = parser.add_subparsers(dest="command", required=True)
     _add_plan(commands)

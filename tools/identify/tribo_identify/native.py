@@ -75,7 +75,7 @@ def tribo_sim():
 def run_tribo_sim(*arguments, cwd=None):
     """Runs tribo-sim. Returns its standard output and standard error, or raises InputError with its message. Words are passed as UTF-8 in every locale; paths are passed as
     the system encodes them."""
-    words = [os.fsencode(a) if isinstance(a, Path) else str(a).encode("utf-8", "surrogateescape") for a in arguments]
+    words = [b"./" * str(a).startswith("-") + os.fsencode(a) if isinstance(a, Path) else str(a).encode("utf-8", "surrogateescape") for a in arguments]
     done = subprocess.run([tribo_sim(), *words], capture_output=True, check=False, cwd=cwd)
     out, said = (text.decode("utf-8", "replace") for text in (done.stdout, done.stderr))
     if done.returncode != 0:

@@ -16,8 +16,11 @@ from tribo_design.errors import InputError
 
 POLE = 10.0  # rad/s, of the controller
 STEP_S = 0.01  # between rows of the reference
+REST_S = 1.0  # at its beginning
 RATES = (1.0, 3.0, 10.0)  # divisors of --rate for the cycles
 SLOW = (40.0, 120.0, 400.0)  # divisors of --rate for the ramps inside stiction
+SECONDS_MAX = 86400  # of a scenario's duration_s
+RATE_MIN, RATE_MAX = 1e-6, 1e6  # N/s
 MARGIN = 0.08  # of the range, at both ends of u, because friction may be less than guessed
 
 
@@ -60,9 +63,9 @@ class Plan:
         self.offset = 0.01 * largest if self.offset is None else self.offset
         if not 0 < self.offset <= 10 * largest:
             refuse("offset", self.offset, f"over 0 to {10 * largest:g} N")
-        self.rate = 2 * largest if self.rate is None else self.rate
-        if not 1e-6 <= self.rate <= 1e6:
-            refuse("rate", self.rate, "1e-6 to 1e6 N/s")
+        self.rate = min(max(2 * largest, RATE_MIN), RATE_MAX) if self.rate is None else self.rate
+        if not RATE_MIN <= self.rate <= RATE_MAX:
+            refuse("rate", self.rate, f"{RATE_MIN:g} to {RATE_MAX:g} N/s")
         bottom, top = self.range()
         if not top - bottom > max(0.1 * (self.high - self.low), 0.3 * self.breakaway(max(abs(bottom), abs(top)))):
             raise InputError(f"--high: value {self.high:g}: breakaway of {self.offset:g} N + {self.slope:g} |F| leaves F no travel between --low and --high")
@@ -72,6 +75,8 @@ class Plan:
                              + (f"; --levels {fewer} would" if fewer else ", nor do fewer: this sensor is too noisy for so small a range"))
         if self.u_max is not None and not self.u_max >= largest:
             refuse("u-max", self.u_max, f"at least {largest:g} N, the largest of --low and --high in size")
+        if self.seconds() > SECONDS_MAX:
+            refuse("rate", self.rate, f"at least {1.01 * self.rate * self.seconds() / SECONDS_MAX:.3g} N/s: the experiment would take {self.seconds():.3g} s, and a run at most {SECONDS_MAX} s; fewer --repeats or --levels shorten it, too")
         return self
 
     def _stands_out(self):
@@ -98,11 +103,39 @@ class Plan:
         bottom, top = self.range()
         return max(0.25 * (top - bottom) / (self.levels - 0.5), 10 * self.noise, 0.1 * self.breakaway(max(abs(bottom), abs(top))))
 
+    def moves(self):
+        """Yields the values that u goes to, with the rate in N/s."""
+
+        def around(level, rate):
+            for way in (1, -1):
+                end = level + way * self.swing()
+                yield end + way * self.breakaway(end), rate
+
+        bottom, top = self.range()
+        levels = np.linspace(bottom + self.swing(), top - self.swing(), self.levels)
+        for repeat in range(self.repeats):
+            for level in levels if repeat % 2 == 0 else levels[::-1]:
+                for slower in RATES:
+                    yield from around(level, self.rate / slower)
+        if self.hysteresis:
+            level = levels[len(levels) // 2]
+            for _ in range(self.repeats):
+                for slow in SLOW:
+                    yield from around(level, self.rate)
+                    yield level + self.swing() + self.breakaway(level + self.swing()), self.rate / slow
+        yield min(max(0.0, self.low), self.high), self.rate / 3
+
+    def seconds(self):
+        """Returns how long the experiment takes."""
+        u, seconds = 0.0, REST_S
+        for to, rate in self.moves():
+            u, seconds = to, seconds + abs(to - u) / rate
+        return seconds
+
     def corners(self):
         """Returns (time, u, expected F) at the corners of the experiment."""
-        corners = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)]
-
-        def go(to, rate):
+        corners = [(0.0, 0.0, 0.0), (REST_S, 0.0, 0.0)]
+        for to, rate in self.moves():
             time, u, force = corners[-1]
             span = abs(to - u) / rate
             pieces = max(int(np.ceil(span / STEP_S)), 1)
@@ -110,25 +143,6 @@ class Plan:
                 at = u + (to - u) * i / pieces
                 force = min(max(force, self.slid(at, 1)), self.slid(at, -1))
                 corners.append((time + span * i / pieces, at, force))
-
-        def around(level, rate):
-            for way in (1, -1):
-                end = level + way * self.swing()
-                go(end + way * self.breakaway(end), rate)
-
-        bottom, top = self.range()
-        levels = np.linspace(bottom + self.swing(), top - self.swing(), self.levels)
-        for repeat in range(self.repeats):
-            for level in levels if repeat % 2 == 0 else levels[::-1]:
-                for slower in RATES:
-                    around(level, self.rate / slower)
-        if self.hysteresis:
-            level = levels[len(levels) // 2]
-            for _ in range(self.repeats):
-                for slow in SLOW:
-                    around(level, self.rate)
-                    go(level + self.swing() + self.breakaway(level + self.swing()), self.rate / slow)
-        go(min(max(0.0, self.low), self.high), self.rate / 3)
         return np.array(corners)
 
     def commands(self):

@@ -21,6 +21,7 @@ from pathlib import Path
 
 from tribo_design.errors import DesignError, InputError, run_command
 from tribo_plot import output
+from tribo_plot.command_line import Parser
 from tribo_plot.version import add_option
 
 NAMES = ("report.html", "loop.yaml", "*_params.h", "registers.txt", "verdict.json")
@@ -57,7 +58,7 @@ def _advised(argv):
 
 
 def _run(argv):
-    parser = argparse.ArgumentParser(prog="tribo-rig", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(prog="tribo-rig", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="FOLDER", help="the folder of rig.yaml; it is written there if missing")
     parser.add_argument("--joint", action="store_true", help="a joint with current and encoder, without a force sensor")
     add_option(parser, "tribo-rig")
