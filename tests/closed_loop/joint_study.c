@@ -4,11 +4,13 @@
 //     joint_study_f32 errors FIRST LAST    position error without over with the term, last third of 12 moves there and back
 //     joint_study_f32 runaway FIRST LAST [MOST]   friction a third, signs wrong, loads, hands: speed beyond the intended after 0.2 s
 //     joint_study_f32 force FIRST LAST     the end-point force from current
+//     joint_study_f32 quick FIRST LAST     a PD that swings at 1 to 16 Hz, by up to 12 times its friction: trips for nothing, and signs wrong
 //
 // An error counts at least one count of the encoder. Beside each joint's ratio stands that of the same joint with no friction in it, which bounds
-// what a term can do. Seeds below 4000 were looked at while the method was made; those from 7001 on were not. Exit status 1 where a joint is below
-// 0.9, the median of those where friction is to blame below 3.5, the guard steps in for nothing in more than one of ten, more than MOST (0) events are runaways, or
-// the force is outside its interval too often.
+// what a term can do. Seeds below 4000 were looked at while the method was made, those from 8001 to 8600 of quick; those from 7001 on, and from
+// 9001, were not. Exit status 1 where a joint is below 0.9, the median of those where friction is to blame below 3.5, the guard steps in for nothing
+// in more than one of ten (of the quick: at all, or more than one wrong sign of ten is unseen), more than MOST (0) events are runaways, or the
+// force is outside its interval too often.
 
 #include "tribo/joint_f32.h"
 #include "tribo/joint_q31.h"
@@ -538,6 +540,76 @@ static int force(uint64_t first, uint64_t last)
     return inside < 0.95 * all;
 }
 
+// --- quick swings ---------------------------------------------------------------------------------------------------------------
+
+static double quick_case_of(joint_case_t *c, uint64_t seed)
+{
+    *c                 = case_of(seed);
+    const double hertz = between_log(1.0, 16.0);
+    const double w     = TWO_PI * hertz;
+    const double swing = fmin(between_log(1.0, 12.0), 0.7 * c->u_max / c->friction); // of the effort, over the friction
+    c->loop            = PD;
+    c->move            = SINE;
+    c->half_period     = 0.5 / hertz;
+    c->stroke          = 2.0 * swing * c->friction / c->mass / (w * w);
+    c->count           = c->stroke / between_log(200.0, 20000.0);
+    c->knee            = c->stroke * w * between_log(0.005, 0.05);
+    c->bristle         = c->bristle > 0.0 ? c->count * between_log(0.5, 8.0) : 0.0;
+    return hertz;
+}
+
+/// The report after 10 s of such a swing.
+static tribo_joint_report_t swung(const joint_case_t *c, int sign_q_ref, int sign_q)
+{
+    static run_t x;
+    start(&x, c, true);
+    x.told.sign_q_ref = sign_q_ref;
+    x.told.sign_q     = sign_q;
+    while (x.t < 10.0)
+    {
+        (void)tick(&x, c, wanted(c, x.t), 0.0);
+    }
+    return report_of(&x);
+}
+
+static int quick(uint64_t first, uint64_t last)
+{
+    long count    = 0;
+    long tripped  = 0;
+    long unseen   = 0;
+    long reversed = 0;
+    for (uint64_t seed = first; seed <= last; seed++)
+    {
+        joint_case_t               c;
+        const double               hertz = quick_case_of(&c, seed);
+        const tribo_joint_report_t sound = swung(&c, 1, 1);
+        const bool                 trips = sound.cause != TRIBO_JOINT_SOUND;
+        count++;
+        tripped += trips;
+        if (trips)
+        {
+            printf("%5llu %4.0f Hz %5.0f g swings at %.1f Hz: learned %.2f, %s\n",
+                   (unsigned long long)seed,
+                   1.0 / c.h,
+                   1e3 * c.mass,
+                   hertz,
+                   (double)sound.friction / c.friction,
+                   tribo_joint_cause_text(sound.cause));
+        }
+        for (int sign_q_ref = -1; sign_q_ref <= 1; sign_q_ref += 2)
+        {
+            reversed++;
+            unseen += swung(&c, sign_q_ref, -1).cause == TRIBO_JOINT_SOUND;
+        }
+    }
+    printf("%ld swings: guard in %ld; of %ld with a wrong sign %ld unseen after 10 s\n",
+           count,
+           tripped,
+           reversed,
+           unseen);
+    return tripped > 0 || 10 * unseen > reversed;
+}
+
 int main(int argc, char **argv)
 {
     const uint64_t first = argc > 3 ? strtoull(argv[2], NULL, 10) : 1;
@@ -545,6 +617,10 @@ int main(int argc, char **argv)
     if (argc > 1 && strcmp(argv[1], "runaway") == 0)
     {
         return runaway(first, last, argc > 4 ? strtol(argv[4], NULL, 10) : 0);
+    }
+    if (argc > 1 && strcmp(argv[1], "quick") == 0)
+    {
+        return quick(first, last);
     }
     return argc > 1 && strcmp(argv[1], "force") == 0 ? force(first, last) : errors(first, last);
 }

@@ -948,6 +948,39 @@ static void test_an_effort_with_the_wrong_sign_is_found(void)
     TEST_ASSERT_TRUE(report().friction < 0.2f);
 }
 
+/// Swings of a heavy joint at 8 to 16 Hz by an effort of up to seven times its friction, `sign` times what it takes. A swing lasts 3 to 6 time
+/// constants of the low pass.
+static tribo_joint_report_t swings(double hertz, double heavy, double sign)
+{
+    const double         turn      = 6.283185307179586 * hertz * H;
+    tribo_joint_config_t config    = config_of(0.0);
+    config.actuator_pole_rad_per_s = 0.0f;
+    config.gain                    = 0.0f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, init)(&joint, &config));
+    for (int k = 0; k < 1000; k++)
+    {
+        const double middle = turn * (k + 0.5); // between this tick and the next one
+        const double effort = copysign(FRICTION, cos(middle)) - heavy * sin(middle);
+        const double q      = floor(1000.0 * sin(turn * k));
+        (void)step(sign * effort, q + 1.0, q);
+    }
+    return report();
+}
+
+static void test_quick_swings_are_not_taken_for_a_wrong_sign(void)
+{
+    for (int hertz = 8; hertz <= 16; hertz += 2)
+    {
+        for (int i = 1; i <= 6; i++)
+        {
+            const tribo_joint_report_t x = swings(hertz, 0.1 * i, 1.0);
+            TEST_ASSERT_EQUAL(TRIBO_JOINT_SOUND, x.cause);
+            TEST_ASSERT_FLOAT_WITHIN(0.4f * (float)FRICTION, (float)FRICTION, x.friction);
+            TEST_ASSERT_EQUAL(TRIBO_JOINT_REVERSED, swings(hertz, 0.1 * i, -1.0).cause);
+        }
+    }
+}
+
 static void test_each_cause_has_a_sentence(void)
 {
     TEST_ASSERT_EQUAL_STRING("sound", tribo_joint_cause_text(TRIBO_JOINT_SOUND));

@@ -22,7 +22,8 @@
 ///
 /// Learning. Between two reversals of q (a slide) the kinetic energy does not change, so the work of the effort goes
 /// into friction and load. Slides in both directions tell the two apart. Only the slow part of a slide counts, because
-/// viscous friction is not part of breakaway. Only slides that q_ref asked for count, of 16 `travel` or more.
+/// viscous friction is not part of breakaway; of a slide that is shorter than 60 ms, or than 36 ticks, all of it does.
+/// Only slides that q_ref asked for count, of 16 `travel` or more.
 ///
 /// Guard. It fades the term within 0.1 s and latches the reason until tribo_joint_f32_restore: the joint runs away from
 /// q_ref with its term, it hunts at rest, or slides give more energy than they take (the effort or the encoder has the

@@ -94,12 +94,12 @@ static void direct(joint_t *x, way_t intended, way_t off, force_t effort)
     }
 }
 
-/// How far a loop may overshoot a q_ref that has started quickly: 0.2 s at half of the joint's own peak speed, up to half
-/// of the travel that q_ref has asked for.
+/// How far a loop may overshoot a q_ref that has started or turned quickly: 0.2 s at half of the joint's own peak speed,
+/// up to half of the travel that q_ref has asked for, there and back.
 static long_t overshoot(const joint_t *x)
 {
     const long_t own   = JOINT_AHEAD * (long_t)(x->slide.peak / 2) * (way_t)x->params.rest_ticks;
-    const long_t asked = x->slide.asked[x->sign > 0] / 2;
+    const long_t asked = (x->slide.asked[0] + x->slide.asked[1]) / 2;
     return own < asked ? own : asked;
 }
 
@@ -152,15 +152,23 @@ static void learn(joint_t *x)
     x->spread           = plus(x->spread, minus(size_of(error), x->spread) / 4);
 }
 
-/// Takes the mean effort against the motion over the slow part of a slide, or over all of it if that part is short, and
-/// keeps the fast part for the next tick. The travel back within the play is added, because friction acts there as well.
-static void take_mean(joint_slide_t *slide, way_t half)
+/// True for a slide that lasts a few time constants of the low pass. The reversals of friction at both ends then fill its
+/// slow part, whose mean effort is less than half of the friction and may have either sign.
+static bool is_brief(const joint_t *x)
+{
+    return faded_by((force_t)x->slide.ticks, x->params.observer_part) < JOINT_BRIEF;
+}
+
+/// Takes the mean effort against the motion over the slow part of a slide, or over all of it if that part is short or the
+/// slide brief, and keeps the fast part for the next tick. The travel back within the play is added, because friction
+/// acts there as well.
+static void take_mean(joint_slide_t *slide, way_t half, bool is_whole)
 {
     const bool   is_up = slide->side > 0;
     const long_t slow  = is_up ? slide->slow_travel : -slide->slow_travel;
     const long_t all   = is_up ? slide->travel : -slide->travel;
     slide->fast_travel = 0;
-    if (slow < JOINT_SLOW_MIN * (long_t)half)
+    if (is_whole || slow < JOINT_SLOW_MIN * (long_t)half)
     {
         slide->mean[is_up] = mean_effort(slide->work, all + 4 * (long_t)half);
         return;
@@ -246,7 +254,7 @@ static void end_slide(joint_t *x)
     const bool   is_sound = slide->ticks < JOINT_TICKS_MAX && travel >= JOINT_SLIDE_MIN * (long_t)x->params.half;
     if (is_sound && slide->follows != 0u && slide->asked[is_up] >= travel / 2)
     {
-        take_mean(slide, x->params.half);
+        take_mean(slide, x->params.half, is_brief(x));
         slide->has[is_up] = 1;
         slide->ended      = 2;
         slide->knee       = slide->peak / 2;

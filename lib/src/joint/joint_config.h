@@ -24,6 +24,7 @@
 #define JOINT_AHEAD          4     // rest times at the last knee
 #define JOINT_MODEL          0.15f // of the friction: what a mean of slides leaves out
 #define JOINT_SLOW_MIN       16    // halves of a travel
+#define JOINT_BRIEF          6     // time constants of the low pass
 #define JOINT_VISCOUS        5     // eighths of the rise of friction from the slow to the fast part of a slide
 #define JOINT_VISCOUS_MIN    8     // a smaller rise, friction divided by it, is none
 #define JOINT_SLIDE_MIN      32    // halves of a travel
