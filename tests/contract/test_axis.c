@@ -523,6 +523,24 @@ static void test_another_breakaway_or_load_forgets_what_was_learned(void)
     }
 }
 
+/// The axis derives the usual force as the loop does, where none is given.
+static void test_the_usual_force_is_that_of_the_loop(void)
+{
+    const float given[] = {0.0f, 0.3f};
+    for (uint32_t i = 0; i < 4u; i++)
+    {
+        tribo_axis_f32_config_t       config = rig(1.0f);
+        tribo_force_loop_f32_config_t loop   = {.usual_force_n = given[i / 2u]};
+        axis_params_t                 params;
+        config.usual_force_n = given[i / 2u];
+        *(i % 2u == 0u ? &config.u_min_n : &config.u_max_n) *= 0.5f;
+        loop.controller.u_min_n = config.u_min_n;
+        loop.controller.u_max_n = config.u_max_n;
+        TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&params, &config));
+        TEST_ASSERT_EQUAL_FLOAT(tribo_force_loop_f32_usual_force_n(&loop), params.usual_force_n);
+    }
+}
+
 /// The learned load is held in units of the breakaway at the usual force. Another usual force leaves it as it is.
 static void test_another_usual_force_keeps_the_learned_load(void)
 {

@@ -47,7 +47,7 @@ static tribo_status_t prepare(axis_params_t *params, const tribo_axis_f32_config
     {
         made.sample_time_s  = config->sample_time_s;
         made.full_scale_n   = full_scale_n;
-        made.usual_force_n  = tribo_force_loop_f32_usual_force_n(&loop);
+        made.usual_force_n  = loop.usual_force_n;
         made.breakaway_n    = tribo_axis_config_breakaway(&loop);
         made.rig            = tribo_axis_config_rig(&loop, config, full_scale_n);
         made.is_own         = config->controller.kind == TRIBO_CONTROLLER_OWN;
@@ -96,20 +96,24 @@ static tribo_status_t start(axis_t *axis, const tribo_axis_f32_config_t *config,
 /// feed-forward and the guard. Returns the controller's error.
 static force_t begin(axis_t *axis, force_t r, force_t y, loop_functions_t *functions)
 {
-    const loop_params_t *const params    = &axis->active->loop;
-    const loop_tick_t *const   tick      = &axis->feedforward.tick;
-    uint32_t                   saturated = 0; // not counted
-    force_t                    e         = loop_checked_error(params, &axis->bad_inputs, &saturated, r, y);
+    const loop_params_t *const params = &axis->active->loop;
+    const loop_tick_t *const   tick   = &axis->feedforward.tick;
+    const bool                 good   = !loop_input_is_bad(params, r, y);
+    if (!good)
+    {
+        count_one(&axis->bad_inputs);
+    }
     NAME(feedforward, method)(functions);
     if (axis->ran != axis->active && axis->ran != NULL)
     {
-        const force_t last = tick->has_e ? tick->OF(e) : e;
+        uint32_t      saturated = 0; // not counted
+        const force_t now       = good ? loop_error(&saturated, r, y) : 0;
+        const force_t last      = tick->has_e ? tick->OF(e) : now;
         NAME(controller, change)(&axis->ran->loop.controller, &params->controller, &axis->controller, last, 0);
         functions->enter(axis_memory(axis), tick->OF(term), false);
     }
     axis->ran       = axis->active;
-    e               = functions->error(params, axis_memory(axis), r, y, axis->guard.fade);
-    const bool good = !loop_input_is_bad(params, r, y);
+    const force_t e = functions->error(params, axis_memory(axis), r, y, axis->guard.fade);
     (void)NAME(guard, step)(&axis->active->guard, &axis->guard, r, y, tick->OF(friction), good);
     return e;
 }

@@ -19,6 +19,7 @@
 #define NO_PRESLIDING   (-0.1f) // largest V_2 in V_0 of an arm whose presliding is too short
 #define CLEAR           0.4f    // least V_0 with which V_2 says so
 #define INPUT_LEAST     1.0e-6f // N, of the input_max_n that follows from the limits of u
+#define USUAL_PART      0.25f   // of the larger limit of u, as in tribo_force_loop_f32_usual_force_n
 #define OWN_GAIN        1.0e-6f // kp that the loop's init accepts; that controller never runs
 
 #define WARN_BAD_INPUT 1u
@@ -135,7 +136,7 @@ tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop,
     *loop               = tribo_force_loop_f32_rig();
     loop->sample_time_s = h;
     loop->input_max_n = config->input_max_n != 0.0f ? config->input_max_n : limit_f32(2.0f * most, INPUT_LEAST, most_n);
-    loop->usual_force_n      = config->usual_force_n;
+    loop->usual_force_n      = config->usual_force_n != 0.0f ? config->usual_force_n : USUAL_PART * most;
     loop->controller.u_min_n = config->u_min_n;
     loop->controller.u_max_n = config->u_max_n;
     loop->compensator.arm    = arm_of(config->arm_lag_s, h);
@@ -155,7 +156,7 @@ float tribo_axis_config_breakaway(const tribo_force_loop_f32_config_t *loop)
 {
     const tribo_friction_f32_config_t *const friction = &loop->compensator.friction;
 
-    const float F = tribo_force_loop_f32_usual_force_n(loop);
+    const float F = loop->usual_force_n;
     return 0.5f * (friction->positive.offset_n + friction->negative.offset_n +
                    (friction->positive.slope + friction->negative.slope) * F);
 }

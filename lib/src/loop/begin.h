@@ -11,6 +11,21 @@ typedef struct
     force_t          friction; ///< f^ of the last tick, faded by the guard
 } loop_begun_t;
 
+/// The error r - y. A bad input is counted, and its error is 0: u coasts on the controller's state.
+static inline force_t loop_checked_error(const loop_params_t *params,
+                                         uint32_t            *bad_inputs,
+                                         uint32_t            *saturated,
+                                         force_t              r,
+                                         force_t              y)
+{
+    if (loop_input_is_bad(params, r, y))
+    {
+        count_one(bad_inputs);
+        return 0;
+    }
+    return loop_error(saturated, r, y);
+}
+
 /// The guard judges the friction added in this tick, and sets the fade for the next one. Returns f^ of the last tick,
 /// faded. `tick` belongs to the method and is null without one.
 static force_t guarded_friction(const loop_params_t *params,

@@ -20,15 +20,12 @@ tribo_guard_f32_config_t tribo_guard_f32_default(void)
 
 tribo_guard_f32_config_t tribo_guard_f32_tuned(float breakaway_n, float lag_s, float noise_n, float sample_time_s)
 {
-    tribo_guard_f32_config_t tuned = tribo_guard_f32_default();
-
-    tuned.turn_n  = breakaway_n / 3.14f;
-    tuned.stray_n = larger(breakaway_n / 15.7f, 8.0f * noise_n);
-    tuned.quick_time_s =
-        limit_f32(16.0f * lag_s,
-                  20.0f * sample_time_s,
-                  limit_f32(1.0e5f * sample_time_s, 0.0f, 1.0e3f)); // upper limits of tribo_guard_f32_prepare
-    return tuned;
+    const float longest = 1.0e5f * sample_time_s; // this and 1000 s: upper limits of tribo_guard_f32_prepare
+    const float quick   = limit_f32(16.0f * lag_s, 20.0f * sample_time_s, longest);
+    return (tribo_guard_f32_config_t){.turn_n       = breakaway_n / 3.14f,
+                                      .quick_time_s = quick < 1.0e3f ? quick : 1.0e3f,
+                                      .stray_n      = larger(breakaway_n / 15.7f, 8.0f * noise_n),
+                                      .fade_time_s  = tribo_guard_f32_default().fade_time_s};
 }
 
 tribo_status_t tribo_guard_f32_init(tribo_guard_f32_params_t       *params,
@@ -68,12 +65,13 @@ tribo_status_t tribo_guard_f32_prepare(tribo_guard_f32_params_t       *params,
     {
         return TRIBO_ERR_GUARD_FADE_TIME;
     }
-    params->on          = 1;
-    params->half_n      = 0.5f * config->turn_n;
-    params->stray_n     = config->stray_n;
-    params->work        = config->turn_n * config->stray_n;
-    params->fade_step   = limit_f32(sample_time_s / config->fade_time_s, 0.0f, 1.0f);
-    params->quick_ticks = (uint32_t)(config->quick_time_s / sample_time_s + 0.5f) + 1u;
+    const float fade_step = sample_time_s / config->fade_time_s;
+    params->on            = 1;
+    params->half_n        = 0.5f * config->turn_n;
+    params->stray_n       = config->stray_n;
+    params->work          = config->turn_n * config->stray_n;
+    params->fade_step     = fade_step < 1.0f ? fade_step : 1.0f;
+    params->quick_ticks   = (uint32_t)(config->quick_time_s / sample_time_s + 0.5f) + 1u;
     return TRIBO_OK;
 }
 

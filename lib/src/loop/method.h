@@ -1,21 +1,6 @@
 // What a tick does with a method: the loop does so with any method, an axis with its own. This text serves both
 // arithmetics and is included after loop_f32.h or loop_q31.h.
 
-/// The error r - y. A bad input is counted, and its error is 0: u coasts on the controller's state.
-static inline force_t loop_checked_error(const loop_params_t *params,
-                                         uint32_t            *bad_inputs,
-                                         uint32_t            *saturated,
-                                         force_t              r,
-                                         force_t              y)
-{
-    if (loop_input_is_bad(params, r, y))
-    {
-        count_one(bad_inputs);
-        return 0;
-    }
-    return loop_error(saturated, r, y);
-}
-
 /// The rest of a tick after its error `e`: the controller, and the term of a method, which then gets u. Without a
 /// `memory` the term is `alone`. Returns u.
 static inline force_t loop_method_step(const loop_params_t *params,
