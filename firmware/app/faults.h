@@ -276,10 +276,12 @@ static inline bool faults_over_current(const faults_bounds_t *bounds, faults_sta
     return faults_last(&state->over_current, beyond, FAULTS_RISE_MEASURED, bounds->over_current_level);
 }
 
+/// A supply that cannot be measured, INT32_MAX, is beyond both bounds.
 static inline bool faults_bus_voltage(const faults_bounds_t *bounds, faults_state_t *state, int32_t bus_mv)
 {
-    const bool beyond = (bounds->bus_low_mv > 0 && bus_mv < bounds->bus_low_mv) ||
-                        (bounds->bus_high_mv > 0 && bus_mv > bounds->bus_high_mv);
+    const int32_t low    = bounds->bus_low_mv;
+    const int32_t high   = bounds->bus_high_mv;
+    const bool    beyond = (low > 0 && (bus_mv < low || bus_mv == INT32_MAX)) || (high > 0 && bus_mv > high);
     return faults_last(&state->bus_voltage, beyond, FAULTS_RISE_MEASURED, bounds->bus_voltage_level);
 }
 

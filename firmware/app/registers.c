@@ -218,6 +218,11 @@ void registers_tick(registers_t *registers)
         atomic_thread_fence(memory_order_release); // the background may be on another core
         registers->taken = drive->setup;
     }
+    if (registers->starts_taken != drive->starts_seen)
+    {
+        atomic_thread_fence(memory_order_release);
+        registers->starts_taken = drive->starts_seen;
+    }
     const bool is_run  = drive->state == DRIVE_RUN;
     registers->applied = is_run ? drive->signals.controller.TRIBO_N(u) : 0;
     trace_step(&registers->trace, drive->ticks, drive->state == DRIVE_FAULT);
@@ -297,10 +302,12 @@ static bool keeps_period(registers_t *registers, const params_set_t *next)
     return !registers->is_refused;
 }
 
-/// Returns true if the drive runs or will run in the next tick.
+/// Returns true if the drive runs, or may run at the end of the present tick or of the next one.
 static bool is_started(const registers_t *registers)
 {
-    return is_running(registers) || registers->drive.starts != registers->drive.starts_seen;
+    const uint32_t taken = registers->starts_taken;
+    atomic_thread_fence(memory_order_acquire); // the state is at least as new
+    return registers->drive.starts != taken || is_running(registers);
 }
 
 static uint32_t unlocked_ticks(const registers_t *registers)

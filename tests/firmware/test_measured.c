@@ -121,6 +121,22 @@ static void test_a_supply_outside_its_range_stops(void)
     check_allowed((port_measured_t){0, 30000, 25000, 0});
 }
 
+/// The ports report INT32_MAX for what they cannot measure. That is beyond each bound, also if it is the only one.
+static void test_what_cannot_be_measured_stops(void)
+{
+    const drive_config_t all = config;
+    check((port_measured_t){INT32_MAX, 24000, 25000, 0}, 5, DRIVE_FAULT_OVER_CURRENT);
+    check((port_measured_t){0, INT32_MAX, 25000, 0}, 10, DRIVE_FAULT_BUS_VOLTAGE);
+    check((port_measured_t){0, 24000, INT32_MAX, 0}, 100, DRIVE_FAULT_TEMPERATURE);
+    config.bus_high_v = 0.0f;
+    check((port_measured_t){0, INT32_MAX, 25000, 0}, 10, DRIVE_FAULT_BUS_VOLTAGE);
+    config           = all;
+    config.bus_low_v = 0.0f;
+    check((port_measured_t){0, INT32_MAX, 25000, 0}, 10, DRIVE_FAULT_BUS_VOLTAGE);
+    config.bus_high_v = 0.0f;
+    check_allowed((port_measured_t){0, INT32_MAX, 25000, 0});
+}
+
 static void test_too_high_a_temperature_stops(void)
 {
     check((port_measured_t){0, 24000, 80001, 0}, 100, DRIVE_FAULT_TEMPERATURE);

@@ -352,6 +352,101 @@ static void test_a_key_comes_too_late_after_a_requested_start(void)
     check_refused(U_MAX_AT, REGISTERS_PROTECTED);
 }
 
+// A client on another core, as on Linux: it writes at each call that the tick makes of its board.
+static port_t   whole;    ///< the board's port
+static unsigned attempts; ///< of the client, in this tick
+
+static void attempt(void)
+{
+    attempts++;
+    registers_run(&registers);
+    TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_word(REQUEST_AT(unlock), REGISTERS_KEY));
+    TEST_ASSERT_TRUE(try_command(REGISTERS_APPLY) != MODBUS_OK);
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_PROTECTED, STATE_OF(outcome));
+    TEST_ASSERT_EQUAL_INT(MODBUS_FAILURE, try_command(REGISTERS_SAVE));
+    TEST_ASSERT_EQUAL_UINT32(REGISTERS_WRONG_STATE, STATE_OF(outcome));
+}
+
+static bool read_sensor_meanwhile(void *context, loop_force_t *reading)
+{
+    attempt();
+    return whole.read_sensor(context, reading);
+}
+
+static void measure_meanwhile(void *context, port_measured_t *measured)
+{
+    attempt();
+    whole.measure(context, measured);
+}
+
+static uint32_t inputs_meanwhile(void *context)
+{
+    attempt();
+    return whole.inputs(context);
+}
+
+static uint32_t time_us_meanwhile(void *context)
+{
+    attempt();
+    return whole.time_us(context);
+}
+
+static void enable_meanwhile(void *context, bool on)
+{
+    attempt();
+    whole.enable(context, on);
+}
+
+static void command_meanwhile(void *context, loop_force_t output)
+{
+    attempt();
+    whole.command(context, output);
+}
+
+/// The client has the key, and its set waits for the apply. Returns how often it wrote within the tick that takes the start.
+static unsigned start_meanwhile(void)
+{
+    const port_t own = board.port;
+    unlock();
+    stage(U_MAX_AT, bits_of(2.5f));
+    command(REGISTERS_START);
+    whole                  = own;
+    attempts               = 0;
+    board.port.read_sensor = read_sensor_meanwhile;
+    board.port.measure     = measure_meanwhile;
+    board.port.inputs      = inputs_meanwhile;
+    board.port.time_us     = time_us_meanwhile;
+    board.port.enable      = enable_meanwhile;
+    board.port.command     = command_meanwhile;
+    board_new_tick(&board);
+    registers_tick(&registers);
+    board.now_us += PERIOD_US;
+    board.port = own;
+    return attempts;
+}
+
+static void test_nothing_that_protects_changes_within_the_tick_that_starts(void)
+{
+    defaults.drive.bus_low_v = 18.0f; // so that the tick measures
+    power_up();
+    tick();
+    TEST_ASSERT_EQUAL_UINT(7, start_meanwhile()); // one call of each, two of the clock
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+    check_refused(U_MAX_AT, REGISTERS_PROTECTED);
+}
+
+static void test_a_start_that_was_dropped_protects_no_longer(void)
+{
+    tick();
+    board.inputs = PORT_INPUT_EMERGENCY_STOP;
+    TEST_ASSERT_GREATER_THAN_UINT(3, start_meanwhile());
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_FAULT, STATE_OF(state));
+    unlock();
+    command(REGISTERS_APPLY);
+    tick();
+    TEST_ASSERT_EQUAL_FLOAT(2.5f, number_of(read_word(TO_ACTIVE(U_MAX_AT))));
+}
+
 static void test_the_sign_of_the_controller_does_not_turn_in_run(void)
 {
     const uint32_t b0 = REGISTERS_STAGED_AT + REGISTERS_SECTIONS_AT;

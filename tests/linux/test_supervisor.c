@@ -123,6 +123,19 @@ static int stops_itself(void *context, heart_t *heart)
     return 0;
 }
 
+/// A loop that hangs, and signals that come more often than the supervisor looks. It gives up after 40 heartbeats.
+static int hangs_with_signals(void *context, heart_t *heart)
+{
+    (void)context;
+    beat_for_ms(heart, 5);
+    const int64_t end_ns = realtime_now_ns() + 40 * HEARTBEAT_MS * MS;
+    while (realtime_now_ns() < end_ns)
+    {
+        (void)kill(getppid(), SIGWINCH);
+    }
+    return 5;
+}
+
 static int rests(void *context, heart_t *heart)
 {
     (void)context;
@@ -179,6 +192,11 @@ static void test_a_stopped_loop_is_turned_off_and_ended(void)
 {
     TEST_ASSERT_EQUAL_INT(128 + SIGKILL, run(stops_itself));
     TEST_ASSERT_TRUE(atomic_load(&seen->off_ns) - atomic_load(&seen->stopped_ns) >= (HEARTBEAT_MS - 10) * MS);
+}
+
+static void test_signals_do_not_hide_a_loop_that_hangs(void)
+{
+    TEST_ASSERT_EQUAL_INT(128 + SIGKILL, run(hangs_with_signals));
 }
 
 static void test_a_loop_at_rest_needs_no_heartbeat(void)

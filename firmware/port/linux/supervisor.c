@@ -17,10 +17,11 @@
 #include <time.h>
 #include <unistd.h>
 
-#define LOOK_NS 2000000 ///< how often the supervisor looks
+#define NS_PER_MS INT64_C(1000000)
+#define LOOK_NS   (2 * NS_PER_MS) ///< how often the supervisor looks
+#define END_NS    (SUPERVISOR_END_S * 1000 * NS_PER_MS)
 
-#define LOOKS_PER_S (1000000000u / LOOK_NS)
-#define PARTS       4 ///< least number of beats in a time without a look that shows a missing supervisor
+#define PARTS 4 ///< least number of beats in a time without a look that shows a missing supervisor
 
 struct heart
 {
@@ -122,8 +123,9 @@ typedef struct
 {
     pid_t         loop;
     uint_fast32_t beats;
-    uint64_t      quiet;  ///< looks without a beat
-    uint64_t      ending; ///< looks since the loop was requested to end, or rests
+    int64_t       look_ns;   ///< time of the last look
+    int64_t       quiet_ns;  ///< time without a beat
+    int64_t       ending_ns; ///< time since the loop was requested to end, or rests
     bool          is_asked, is_killed;
 } watch_t;
 
@@ -135,33 +137,36 @@ static void kill_loop(const supervisor_config_t *config, watch_t *watch, const c
     watch->is_killed = true;
 }
 
-/// Checks the heartbeat after a wait; `timed_out` says that no signal cut the wait short. Returns false if the heart does
-/// not beat.
-static bool look(const supervisor_config_t *config, heart_t *heart, watch_t *watch, bool timed_out)
+/// Checks the heartbeat, after a wait that a signal may have cut short. Returns false if the heart does not beat. A longer
+/// wait than LOOK_NS counts as one, because the loop may not have run either.
+static bool look(const supervisor_config_t *config, heart_t *heart, watch_t *watch)
 {
-    const uint64_t      looks   = config->heartbeat_ms * 1000000u / LOOK_NS + 1u;
+    const int64_t       most    = (int64_t)config->heartbeat_ms * NS_PER_MS;
     const bool          is_over = atomic_load(&heart->is_over);
-    const uint_fast32_t now     = atomic_load_explicit(&heart->beats, memory_order_relaxed);
-    watch->quiet                = is_over || now == 0u || now != watch->beats ? 0u : watch->quiet + timed_out;
-    watch->beats                = now;
-    watch->ending += (watch->is_asked || is_over) && timed_out;
+    const uint_fast32_t beats   = atomic_load_explicit(&heart->beats, memory_order_relaxed);
+    const int64_t       now     = realtime_now_ns();
+    const int64_t       since   = now - watch->look_ns < LOOK_NS ? now - watch->look_ns : LOOK_NS;
+    watch->quiet_ns             = is_over || beats == 0u || beats != watch->beats ? 0 : watch->quiet_ns + since;
+    watch->ending_ns += watch->is_asked || is_over ? since : 0;
+    watch->beats   = beats;
+    watch->look_ns = now;
     (void)atomic_fetch_add_explicit(&heart->looks, 1u, memory_order_relaxed);
-    if (!watch->is_killed && watch->quiet >= looks)
+    if (!watch->is_killed && watch->quiet_ns > most)
     {
         kill_loop(config, watch, "no heartbeat", config->heartbeat_ms);
     }
-    else if (!watch->is_killed && watch->ending >= (uint64_t)SUPERVISOR_END_S * LOOKS_PER_S)
+    else if (!watch->is_killed && watch->ending_ns >= END_NS)
     {
         kill_loop(config, watch, "the loop's process does not end", SUPERVISOR_END_S * 1000u);
     }
-    return watch->quiet < looks;
+    return watch->quiet_ns <= most;
 }
 
 /// Watches until the loop's process ends or its heart stops. Returns its exit status as supervisor_run does.
 static int watch_loop(const supervisor_config_t *config, heart_t *heart, pid_t loop, int watchdog)
 {
     const struct timespec pause  = {.tv_nsec = LOOK_NS};
-    watch_t               watch  = {.loop = loop};
+    watch_t               watch  = {.loop = loop, .look_ns = realtime_now_ns()};
     int                   status = 0;
     sigset_t              all;
     (void)sigfillset(&all);
@@ -174,7 +179,7 @@ static int watch_loop(const supervisor_config_t *config, heart_t *heart, pid_t l
             watch.is_asked = true;
             (void)kill(loop, SIGTERM);
         }
-        if (look(config, heart, &watch, signal < 0))
+        if (look(config, heart, &watch))
         {
             tell_watchdog(watchdog, '.');
         }
@@ -260,7 +265,7 @@ int supervisor_run(const supervisor_config_t *config,
     }
     else
     {
-        *heart = (heart_t){.quiet_max_ns = (int64_t)config->heartbeat_ms * 1000000};
+        *heart = (heart_t){.quiet_max_ns = (int64_t)config->heartbeat_ms * NS_PER_MS};
         status = run_both(config, loop, context, heart, watchdog, error);
         (void)munmap(heart, sizeof *heart);
     }
