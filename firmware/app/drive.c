@@ -580,9 +580,15 @@ static void change_compensation(drive_t *drive, uint32_t requests)
         TRIBO(guard, restore)(&drive->loop.guard);
     }
     drive->delayed |= requests & (REQUEST_RESTORE | REQUEST_FORGET);
-    if (drive->delayed == 0u || drive->memory == NULL || loop_is_learning(drive->memory))
+    if (drive->delayed == 0u || drive->memory == NULL)
     {
-        return; // wait until the background has learned
+        return;
+    }
+    if (loop_is_learning(drive->memory))
+    {
+        // Wait until the background has learned. Without a feed-forward it does not: drop what would act on later params.
+        drive->delayed = drive->setup->params->method != NULL ? drive->delayed : 0u;
+        return;
     }
     const bool is_off = drive->state != DRIVE_RUN && drive->state != DRIVE_STARTING;
     if ((drive->delayed & REQUEST_RESTORE) != 0u)

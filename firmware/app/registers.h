@@ -271,7 +271,7 @@ typedef struct
 {
     params_t *active;                    ///< one of `params`
     const drive_setup_t *volatile taken; ///< the setup that the last tick used
-    volatile uint32_t starts_taken;      ///< starts that the ticks that have ended have executed or dropped
+    volatile uint32_t    starts_taken;   ///< starts that the ticks that have ended have executed or dropped
     bool                 is_made;        ///< the active params are valid
     bool                 is_known;       ///< the store is good or empty, or a set was applied since power-up
     bool                 is_refused;

@@ -830,6 +830,28 @@ static void test_what_is_learned_is_in_registers(void)
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0 && SHOWN_OF(travel_down) == 0.0);
 }
 
+/// A request waits while the learner has a sample, but not for params with another method, which learn nothing.
+static void test_a_request_that_waits_for_the_learner_ends_with_its_params(void)
+{
+    for (uint32_t method = PARAMS_METHOD_FEEDFORWARD; method <= PARAMS_METHOD_OFF; method++)
+    {
+        apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, PARAMS_METHOD_FEEDFORWARD);
+        tick();
+        registers.memory.state.learner.travel_n = 10.0f;
+        registers.memory.state.exchange.owner   = TRIBO_FEEDFORWARD_OWNER_LEARNER;
+        command(REGISTERS_FORGET);
+        tick();
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, 10.0, SHOWN_OF(travel_up));
+        apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, method);
+        tick();
+        apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, PARAMS_METHOD_FEEDFORWARD);
+        tick();
+        registers.memory.state.exchange.owner = TRIBO_FEEDFORWARD_OWNER_TICK;
+        tick();
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, method == PARAMS_METHOD_FEEDFORWARD ? 0.0 : 10.0, SHOWN_OF(travel_up));
+    }
+}
+
 /// Makes a board without a sensor: no client can choose that.
 static void have_no_sensor(void)
 {
