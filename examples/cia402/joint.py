@@ -89,13 +89,15 @@ def offset(joint, torque, sent, q_ref, q):
 
 
 def follow(network, eds, joint, references):
-    """Sends one reference per period until they end. Then, or at any fault, it switches the drive off."""
+    """Sends one reference per period until they end, as a travel from where the joint is now. Then, or at any fault, it switches the drive off."""
     drive = Drive(network, eds)
     target, answer = drive.target, drive.answer
     try:
         drive.start()
-        for q_ref in references:
+        begin = answer[POSITION].raw
+        for travel in references:
             drive.check()
+            q_ref = begin + travel
             target[OFFSET].raw = offset(joint, answer[TORQUE].raw, target[OFFSET].raw, q_ref, answer[POSITION].raw)
             target[TARGET].raw = round(q_ref)
             drive.exchange()
@@ -104,7 +106,7 @@ def follow(network, eds, joint, references):
 
 
 def counts():
-    """The positions to follow; replace them with yours."""
+    """The travels to follow; replace them with yours."""
     return (COUNTS * q for q in swing(PERIOD_S))
 
 

@@ -38,11 +38,14 @@ FUNCTION(_)
         fault = enable && (fperiod < 0.99 * RIG_SAMPLE_TIME_S || fperiod > 1.01 * RIG_SAMPLE_TIME_S);
         running = enable;
     }
-    const unsigned before = loop.bad_inputs;
-    const float u = tribo_force_loop_f32_step(&rig_params, &loop, (float)ref, (float)force, NULL);
-    tribo_feedforward_f32_learn(&rig_params, &learned);
-    bad = loop.bad_inputs != before ? bad + 1 : 0;
-    fault = fault || bad >= 20;
-    command = enable && !fault ? u : 0;
+    command = 0;
+    if (enable && !fault) { // what does not reach the motor must not be learned
+        const unsigned before = loop.bad_inputs;
+        const float u = tribo_force_loop_f32_step(&rig_params, &loop, (float)ref, (float)force, NULL);
+        tribo_feedforward_f32_learn(&rig_params, &learned);
+        bad = loop.bad_inputs != before ? bad + 1 : 0;
+        fault = bad >= 20;
+        command = fault ? 0 : u;
+    }
     *__comp_inst->guard = loop.guard.cause;
 }

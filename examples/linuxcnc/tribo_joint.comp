@@ -51,7 +51,12 @@ FUNCTION(_)
         gain_set = friction_gain;
     }
     fault = enable && !made;
-    const float u = tribo_joint_f32_step(&joint, (float)effort, (float)command, (float)feedback);
+    float u = 0;
+    if (enable) {
+        u = tribo_joint_f32_step(&joint, (float)effort, (float)command, (float)feedback);
+    } else {
+        tribo_joint_f32_rest(&joint); // what does not reach the motor must not be learned
+    }
     const double own = isnan(effort) ? 0 : fmax(-effort_limit, fmin(effort, effort_limit));
     output = enable && made ? u : 0;
     offset = enable && made ? u - own : 0;

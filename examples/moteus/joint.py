@@ -41,12 +41,14 @@ def feedforward(joint, torque, sent, q_ref, q):
 
 
 async def follow(controller, joint, references, pause, patience_s=WATCHDOG_S):
-    """Sends one position per period until they end. Then, or at any fault, it stops the drive."""
+    """Sends one reference per period until they end, as a travel from where the joint is now. Then, or at any fault, it stops the drive."""
     sent = last = 0.0
     try:
         await controller.set_stop()  # only this clears a fault or a timeout of the moteus
         state = await asyncio.wait_for(controller.query(), patience_s)
-        for tick, q_ref in enumerate(references):
+        begin = state.values[moteus.Register.POSITION]
+        for tick, travel in enumerate(references):
+            q_ref = begin + travel
             sent = feedforward(joint, state.values[moteus.Register.TORQUE], sent, q_ref, state.values[moteus.Register.POSITION])
             velocity, last = (q_ref - last) / PERIOD_S if tick else 0.0, q_ref
             state = await asyncio.wait_for(controller.set_position(

@@ -46,13 +46,14 @@ def torque(joint, effort, q_ref, q):
 
 
 def follow(bus, joint, references):
-    """Sends a torque for each position until the references end. Then, or at any fault, it sets the axis idle."""
+    """Sends a torque for each reference until they end, a travel from where the joint is now. Then, or at any fault, it sets the axis idle."""
     axis = Joint(bus)
     try:
         axis.start()
         loop = PositionLoop(KP, KD, PERIOD_S)
-        for q_ref in references:
-            q = axis.position()
+        begin = axis.position()
+        for travel in references:
+            q_ref, q = begin + travel, axis.position()
             axis.send(SET_INPUT_TORQUE, "<f", torque(joint, loop.step(q_ref, q), q_ref, q))
     finally:
         axis.send(SET_AXIS_STATE, "<I", IDLE)

@@ -39,12 +39,14 @@ def current(joint, effort, q_ref, q):
 
 
 def follow(servo, joint, references, pause):
-    """Sends one current per period until the references end. Then, or at any fault, it switches the torque off."""
+    """Sends one current per period until the references end, travels from where the joint is now. Then, or at any fault, it switches the torque
+    off."""
     try:
         servo.start()
         loop = PositionLoop(KP, KD, PERIOD_S)
-        for q_ref in references:
-            q = servo.position()
+        begin = servo.position()
+        for travel in references:
+            q_ref, q = begin + travel, servo.position()
             servo.command(current(joint, loop.step(q_ref, q), q_ref, q))
             pause()
     finally:
@@ -52,7 +54,7 @@ def follow(servo, joint, references, pause):
 
 
 def counts():
-    """The positions to follow; replace them with yours."""
+    """The travels to follow; replace them with yours."""
     return (COUNTS * q for q in swing(PERIOD_S))
 
 

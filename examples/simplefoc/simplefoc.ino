@@ -26,8 +26,8 @@ float force_control(FOCMotor *)
     const uint32_t before = force_loop.bad_inputs;
     const float    u_n    = tribo_force_loop_f32_step(&rig_params, &force_loop, reference_n, read_force_n(), NULL);
     tribo_feedforward_f32_learn(&rig_params, &memory);
-    bad = force_loop.bad_inputs != before ? bad + 1 : 0;
-    if (bad == BAD_MAX)
+    bad = force_loop.bad_inputs == before ? 0 : bad < BAD_MAX ? bad + 1 : BAD_MAX;
+    if (bad >= BAD_MAX)
     {
         motor.disable();
     }
@@ -73,6 +73,11 @@ void loop()
     static uint8_t seen;
     const uint8_t  waiting = ticks - seen;
     seen += waiting;
+    if (!motor.enabled)
+    {
+        motor.current_sp = 0;
+        (void)tribo_force_loop_f32_start(&force_loop, &rig_params, true); // at rest when you enable it again
+    }
     if (waiting == 1)
     {
         motor.move();

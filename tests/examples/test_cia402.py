@@ -51,6 +51,14 @@ def test_the_joint_follows_against_friction(drive, tmp_path, request):
     assert error_of(plain.seen) > 2.5 * error_of(drive.seen)
 
 
+def test_a_start_moves_nothing(drive, tmp_path):
+    drive.hinge.angle = 3.3
+    follow(drive, joint.friction(), tmp_path, 500)
+    drive.finish()
+    assert drive.seen[0][:2] == (pytest.approx(3.3, abs=1 / joint.COUNTS), 3.3)
+    assert max(abs(q - q_ref) for q_ref, q, _ in drive.seen) < 0.05
+
+
 def test_the_term_goes_where_the_torques_sign_is_wrong(request, tmp_path):
     drive = fake.FakeDrive(request.node.name, joint.PERIOD_S, joint.COUNTS, torque_sign=-1)
     term = joint.tribo.Joint(sample_time_s=joint.PERIOD_S, effort_max=10000, travel=4, breakaway=300)

@@ -41,6 +41,13 @@ def test_the_output_goes_with_enable(modules, tmp_path):
     assert (faults, guards) == (["FALSE"] * 3, ["0"] * 3)
 
 
+def test_nothing_is_learned_while_the_amplifier_is_off(modules, tmp_path):
+    """Meanwhile a hand swings the joint against the loop, whose torque reaches no motor."""
+    out = printed(halrun(modules, tmp_path, HAL.replace("=> sim-joint.0.torque", "").replace("start\n", "net loop-torque => sim-joint.0.torque\nstart\n") +
+                         "\n".join(("setp tribo-joint.0.enable 0", "getp tribo-joint.0.learned", "loadusr -w sleep 6", "getp tribo-joint.0.learned")) + "\n"))
+    assert float(out[-2]) == float(out[-1]) == 0
+
+
 def test_output_and_offset_go_without_readings(modules, tmp_path):
     out = printed(halrun(modules, tmp_path, HAL + "\n".join((
         "loadusr -w sleep 6", *PINS, *(f"{verb} tribo-joint.0.{pin}{value}" for pin in ("feedback", "effort") for verb, value in (

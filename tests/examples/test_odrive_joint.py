@@ -54,6 +54,14 @@ def test_the_joint_follows_against_friction(drive, request):
     assert error_of(list(zip(asked, plain.seen))) > 2.5 * error_of(list(zip(asked, drive.seen)))
 
 
+def test_a_start_moves_nothing(drive):
+    drive.hinge.angle = 3.3
+    follow(drive, joint.friction(), references()[:500])
+    drive.finish()
+    assert drive.seen[0] == drive.seen[1] == 3.3
+    assert max(abs(q - 3.3 - asked) for q, asked in zip(drive.seen, references())) < 0.05
+
+
 def test_the_term_goes_where_the_motor_turns_the_other_way(request):
     drive = fake.FakeJoint(request.node.name, joint.PERIOD_S, sign=-1)
     term = tribo.Joint(sample_time_s=joint.PERIOD_S, effort_max=1.0, travel=4 / joint.COUNTS, breakaway=0.15)

@@ -48,6 +48,14 @@ def test_the_joint_follows_against_friction(servo):
     assert error_of(without) > 2.5 * error_of(with_term)
 
 
+def test_a_start_moves_nothing(servo):
+    one = servo()
+    one.hinge.angle = 3.3
+    rows = follow(one, joint.friction(), 250)
+    assert rows[0][1] == rows[1][1] == 3.3 * joint.COUNTS
+    assert max(abs(q - 3.3 * joint.COUNTS - asked) for asked, q in rows) < 0.05 * joint.COUNTS
+
+
 def test_the_term_goes_where_the_encoders_sign_is_wrong(servo):
     one, term = servo(sign=-1), tribo.Joint(sample_time_s=joint.PERIOD_S, effort_max=joint.CURRENT_MAX, travel=4, breakaway=30)
     follow(one, term, 500)

@@ -40,6 +40,7 @@ void setup()
     motor.motion_downsample = 0; // move() runs at the timer's rate
     motor.init();
     motor.initFOC();
+    motor.target = motor.shaft_angle; // the motor stays where it is
     // [add
     tribo_joint_config_t config = tribo_joint_config(); // units: A and rad
     config.sample_time_s = 0.001f;
@@ -57,7 +58,7 @@ void loop()
     static uint8_t seen;
     const uint8_t  waiting = ticks - seen;
     seen += waiting;
-    if (waiting == 1)
+    if (waiting == 1 && motor.enabled)
     {
         motor.move();
         // [add
@@ -68,4 +69,7 @@ void loop()
     {
         motor.disable(); // a tick was missed
     }
+    // [add
+    if (!motor.enabled) tribo_joint_f32_rest(&joint); // it would learn from what does not reach the motor
+    // add]
 }

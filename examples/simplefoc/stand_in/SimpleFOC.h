@@ -58,16 +58,30 @@ class FOCMotor {
     {
         custom = method;
     }
+    void initFOC()
+    {
+        shaft_angle = __builtin_nanf(""); // not yet measured
+        sense();
+        enabled = 1;
+    }
+    void enable()
+    {
+        enabled = 1;
+    }
     void disable()
     {
         enabled = 0;
     }
     void move()
     {
-        if (enabled && motion_count++ >= motion_downsample)
+        if (motion_count++ < motion_downsample)
         {
-            motion_count = 0;
-            sense();
+            return;
+        }
+        motion_count = 0;
+        sense();
+        if (enabled)
+        {
             current_sp = controller == MotionControlType::custom && custom ? custom(this)
                          : controller == MotionControlType::angle
                              ? PID_velocity(feed_forward_velocity + P_angle(target - shaft_angle) - shaft_velocity)
@@ -138,10 +152,6 @@ struct BLDCMotor : FOCMotor
     }
     void init()
     {
-    }
-    void initFOC()
-    {
-        enabled = 1;
     }
 };
 

@@ -1,6 +1,6 @@
 // Runs the sketch on a host: loop() ten times per tick, with the motor driving the examples' arm.
-// ./sketch [stall | glitch | blind]: stall stops the loop for two ticks; the sensor has no reading for 19 ticks with glitch,
-// for a second with blind.
+// ./sketch [stall | glitch | blind | stubborn]: stall stops the loop for two ticks; the sensor has no reading for 19 ticks with
+// glitch, for a second with blind and with stubborn, where a user enables the motor again and again meanwhile.
 
 #include "../../sim/arm.h"
 #include "../simplefoc.ino"
@@ -39,9 +39,11 @@ void start_timer(void (*tick)(), int)
 int main(int count, char **words)
 {
     const char    *word   = count > 1 ? words[1] : "";
-    const unsigned blind  = strcmp(word, "blind") == 0 ? 1000 : strcmp(word, "glitch") == 0 ? 19 : 0;
+    const bool     again  = strcmp(word, "stubborn") == 0;
+    const unsigned blind  = again || strcmp(word, "blind") == 0 ? 1000 : strcmp(word, "glitch") == 0 ? 19 : 0;
     double         square = 0;
     unsigned       off    = 0; // ticks until no current flows
+    unsigned       on     = 0; // ticks with a current after 19 bad readings
     setup();
     for (unsigned tick = 0; tick < 2 * PERIOD; tick++)
     {
@@ -58,11 +60,20 @@ int main(int count, char **words)
         const double error = reference_n - arm.force_n;
         square += tick < PERIOD ? 0 : error * error;
         arm_step(&arm, ARM_1KHZ, flowing / AMPERE_PER_N);
+        on += is_blind && tick >= FAILS + 19 && flowing != 0.0f;
         if (flowing == 0.0f && tick > FAILS && off == 0)
         {
             off = tick - FAILS;
         }
+        if (again && is_blind && !motor.enabled)
+        {
+            motor.enable();
+        }
     }
-    printf("RMS error %.0f uN, enabled %d, off after %u\n", 1e6 * sqrt(square / PERIOD), motor.enabled, off);
+    printf("RMS error %.0f uN, enabled %d, off after %u, on for %u\n",
+           1e6 * sqrt(square / PERIOD),
+           motor.enabled,
+           off,
+           on);
     return 0;
 }

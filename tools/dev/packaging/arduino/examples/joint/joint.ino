@@ -25,12 +25,14 @@ void setup()
 
 void loop()
 {
-    static uint32_t due = micros();
+    static uint32_t       due   = micros();
+    static const uint32_t start = due;
+    static const float    begin = read_position_rad();
     while (static_cast<int32_t>(micros() - due) < 0)
     {
     }
     due += 1000;
-    const float q_ref = 0.5f * sinf(1e-6f * due);
+    const float q_ref = begin + 0.5f * sinf(1e-6f * (due - start)); // from where the joint is
     const float q     = read_position_rad();
     command_n_m(tribo_joint_f32_step(&joint, position_loop(q_ref, q), q_ref, q));
 }
