@@ -51,9 +51,11 @@ def follow(bus, joint, references):
     try:
         axis.start()
         loop = PositionLoop(KP, KD, PERIOD_S)
-        begin = axis.position()
+        begin = None
         for travel in references:
-            q_ref, q = begin + travel, axis.position()
+            q = axis.position()
+            begin = q if begin is None else begin
+            q_ref = begin + travel
             axis.send(SET_INPUT_TORQUE, "<f", torque(joint, loop.step(q_ref, q), q_ref, q))
     finally:
         axis.send(SET_AXIS_STATE, "<I", IDLE)

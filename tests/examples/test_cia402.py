@@ -52,7 +52,7 @@ def test_the_joint_follows_against_friction(drive, tmp_path, request):
 
 
 def test_a_start_moves_nothing(drive, tmp_path):
-    drive.hinge.angle = 3.3
+    drive.hinge.angle, drive.objects[0x6064, 0] = 3.3, int(3.3 * joint.COUNTS)
     follow(drive, joint.friction(), tmp_path, 500)
     drive.finish()
     assert drive.seen[0][:2] == (pytest.approx(3.3, abs=1 / joint.COUNTS), 3.3)
