@@ -485,13 +485,15 @@ static bool is_words(const reader_t *reader, const char *line)
     return true;
 }
 
-/// Refuses a log with too many broken rows; otherwise keeps the message about the first.
-static bool end_log(common_csv_t *csv, const reader_t *reader, const common_error_t *first)
+/// Refuses a log with too many broken rows; otherwise keeps the message about the first. `words` is about a row of a log that has
+/// words alone.
+static bool end_log(common_csv_t *csv, const reader_t *reader, const common_error_t *first, const common_error_t *words)
 {
     const size_t rows = csv->rows + csv->left_out;
     if (rows == 0)
     {
-        return complain(reader, 1, "no rows after the header");
+        return words->text[0] != '\0' ? common_error_set(reader->error, "%s, and no row has numbers", words->text)
+                                      : complain(reader, 1, "no rows after the header");
     }
     if (csv->rows == 0 || csv->left_out * LEFT_OUT > rows)
     {
@@ -520,8 +522,9 @@ static bool try_row(common_csv_t *csv, reader_t *reader, common_error_t *why)
 /// Reads the rows of a log and leaves out those that are broken. Lines of words above and below the rows do not count.
 static bool read_log_rows(common_csv_t *csv, reader_t *reader)
 {
-    common_error_t first = {""}, one;
+    common_error_t first = {""}, one, word = {""};
     size_t         words = 0; // lines since the last row
+    size_t         above = 0; // lines above the first row
     for (; *reader->next != '\0'; begin_line(reader, common_csv_next_line(reader->next)))
     {
         if (common_csv_line_is_comment(reader->next))
@@ -538,6 +541,7 @@ static bool read_log_rows(common_csv_t *csv, reader_t *reader)
         if (is_text && csv->rows == 0)
         {
             take_units(csv, reader, reader->line_start);
+            (void)(above++ > 0 && common_error_set(&word, "%s", one.text)); // the first may be a line of units
         }
         words += is_text && csv->rows > 0 ? 1u : 0u;
         csv->left_out += is_text ? 0u : 1u;
@@ -546,7 +550,7 @@ static bool read_log_rows(common_csv_t *csv, reader_t *reader)
             (void)common_error_set(&first, "%s", one.text); // keeps the first message
         }
     }
-    return end_log(csv, reader, &first);
+    return end_log(csv, reader, &first, &word);
 }
 
 /// Finds the columns of a log without a header by their numbers.

@@ -213,8 +213,7 @@ static bool open_regular(common_output_file_t *file, const struct stat *old)
     return opened;
 }
 
-/// Returns the descriptor that a path such as /dev/stdout names; -1 if it names none.
-static int descriptor_of(const char *path)
+int common_output_descriptor(const char *path)
 {
     static const char *const folders[] = {"/dev/fd/", "/proc/self/fd/"};
     static const char *const names[]   = {"/dev/stdin", "/dev/stdout", "/dev/stderr"};
@@ -263,7 +262,7 @@ static const char *open_place(common_output_file_t *file, const char *path)
 {
     struct stat info;
     const bool  exists     = stat(path, &info) == 0;
-    const int   descriptor = descriptor_of(path);
+    const int   descriptor = common_output_descriptor(path);
     if (descriptor >= 0)
     {
         file->path = strdup(path);
@@ -312,7 +311,7 @@ bool common_output_check(const char *path, common_error_t *error)
 {
     struct stat          info;
     common_output_file_t file;
-    if (path == NULL || descriptor_of(path) >= 0 ||
+    if (path == NULL || common_output_descriptor(path) >= 0 ||
         (stat(path, &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)))
     {
         return true; // opening a pipe would wait for its reader

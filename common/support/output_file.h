@@ -28,6 +28,9 @@ typedef struct
 /// A file that must not be written, also one without any write permission, is an error.
 bool common_output_open(common_output_file_t *file, const char *path, common_error_t *error);
 
+/// Returns the descriptor that a path such as /dev/stdout names; -1 if it names none.
+int common_output_descriptor(const char *path);
+
 /// Checks that `path` can be opened so, and leaves nothing there: called before long work whose result goes to `path`. Accepts a
 /// null path, a device or a pipe unseen.
 bool common_output_check(const char *path, common_error_t *error);

@@ -359,6 +359,18 @@ static bool check_order(sim_log_report_t   *report,
     }
     for (size_t i = k; i < file->rows; i++)
     {
+        const bool is_after  = i > 1 && t[i] > t[i - 2]; // then row i - 1 is the stray one
+        const bool is_before = i + 1 < file->rows && t[i + 1] > t[i - 1];
+        if (t[i - 1] - t[i] > far && (is_after || is_before))
+        {
+            return common_csv_complain(csv,
+                                       i - is_after,
+                                       error,
+                                       "%s: %.6g s is far from the stamps before and after it: remove this row (and "
+                                       "--resample bridges it)",
+                                       name,
+                                       t[i - is_after]);
+        }
         if (t[i - 1] - t[i] > far)
         {
             return common_csv_complain(csv,

@@ -470,6 +470,25 @@ def test_a_run_that_cannot_begin_leaves_the_log_as_it_was(drive, what, limits, o
     assert (log.read_text() if log.exists() else None) == old
 
 
+def test_a_log_on_standard_output_follows_what_is_there(drive):
+    drive.write("all.csv", "before\n")
+    drive.write("ticks", "." * 20)
+    with open(drive.folder / "all.csv", "a", encoding="ascii") as out:
+        run = subprocess.run([drive.program, "rig.yaml", "--ticks", "ticks,/dev/null", "--log", "/dev/stdout"], cwd=drive.folder, stdout=out, stderr=subprocess.PIPE, text=True,
+                             timeout=600, check=False)
+    assert run.returncode == 0, run.stderr
+    lines = (drive.folder / "all.csv").read_text().splitlines()
+    assert lines[0] == "before" and lines[1].startswith("t_s,r_N") and len(lines) == 22
+
+
+@pytest.mark.parametrize("number, words, said", [(1, ("--log", "/dev/stdout"), "--log /dev/stdout: Bad file descriptor"), (0, ("--reference", "-"), "standard input: cannot be read: Bad file descriptor")])
+def test_a_closed_stream_that_is_used_ends_the_run(drive, number, words, said):
+    drive.write("ticks", "." * 20)
+    run = subprocess.run([drive.program, "rig.yaml", "--ticks", "ticks,/dev/null", *words], cwd=drive.folder, stderr=subprocess.PIPE, text=True, timeout=600, check=False,
+                         preexec_fn=lambda: os.close(number))
+    assert run.returncode == 1 and f"tribo-desk: {said}\n" in run.stderr, run
+
+
 def test_an_option_is_given_once(drive):
     for words, said in ((("--duration", "1", "--dur=2"), "--duration 1 and --duration 2: only one is expected"), (("--check", "-c"), "--check is given twice"),
                         (("--set", "duration_s=1", "--set", "reference.kind=sine", "--set", "duration_s=2"), "--set duration_s=1 and --set duration_s=2: only one is expected")):

@@ -301,7 +301,11 @@ static bool read_lines(program_t *program, common_error_t *error)
         return true;
     }
     const ssize_t count = read(STDIN_FILENO, bytes, sizeof bytes);
-    program->line_end   = count == 0 || (count < 0 && errno != EINTR && errno != EAGAIN);
+    program->line_end   = count == 0;
+    if (count < 0 && errno != EINTR && errno != EAGAIN)
+    {
+        return common_error_set(error, "standard input: cannot be read: %s", strerror(errno));
+    }
     for (ssize_t i = 0; i < count; i++)
     {
         if (bytes[i] == '\n' ? !take_line(program, error) : program->line_length + 1u >= sizeof program->line)

@@ -2,6 +2,7 @@
 
 #include "realtime.h"
 #include "signals.h"
+#include "support/output_file.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -178,9 +179,13 @@ bool recorder_open(recorder_t *recorder, common_error_t *error)
     {
         return true;
     }
-    recorder->file     = open(recorder->path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
-    const int  status  = recorder->file < 0 ? errno : write_whole(recorder, head, sizeof head - 1u);
-    const bool is_pipe = status == ENXIO; // a pipe is opened without waiting for its reader
+    // A copy, because opening the path of a descriptor would start at the beginning of a file that a shell appends to.
+    const int descriptor = common_output_descriptor(recorder->path);
+    recorder->file       = descriptor >= 0
+                               ? fcntl(descriptor, F_DUPFD_CLOEXEC, STDERR_FILENO + 1)
+                               : open(recorder->path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
+    const int  status    = recorder->file < 0 ? errno : write_whole(recorder, head, sizeof head - 1u);
+    const bool is_pipe   = status == ENXIO; // a pipe is opened without waiting for its reader
     return status == 0 || common_error_set(error,
                                            "--log %s: %s",
                                            recorder->path,
