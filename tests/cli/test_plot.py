@@ -20,6 +20,11 @@ def test_without_python_the_run_is_there_and_the_message_says_what_to_install(si
     assert not (sim.folder / "a.png").exists()
 
 
+def test_the_command_that_draws_later_is_one_for_a_shell(sim):
+    result = sim("run", "step", "--out", "my run", "--plot", "a.png", env=without_python(sim))
+    assert result.stderr == MISSING.format("'my run'")
+
+
 def test_a_run_without_a_folder_is_kept_until_it_is_drawn(sim):
     result = sim("run", "step", "--plot", "a.png", env=without_python(sim))
     (kept,) = (sim.folder / "tmp").iterdir()

@@ -3,6 +3,7 @@
 import csv
 import os
 import re
+import shlex
 import subprocess
 
 import numpy as np
@@ -394,6 +395,13 @@ def test_a_mistake_is_named(case, log, tmp_path, capsys):
     status, _, err = identify(capsys, *(places.get(a, a) for a in arguments))
     assert status == 2 and err.startswith("tribo-identify: ") and message in err
     assert not (tmp_path / "plan").exists()
+
+
+def test_the_command_that_plays_a_plan_is_one_for_a_shell(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, out, _ = identify(capsys, "plan", "--low", "0.1", "--high", "0.6", "--out", "my plan")
+    words = shlex.split(out.splitlines()[1].partition("compensation: ")[2].partition(" --out")[0])
+    assert status == 0 and words == ["tribo-sim", "run", "my plan/plan.yaml"] and (tmp_path / words[2]).exists()
 
 
 def test_a_plan_is_played_by_tribo_sim_and_stays_in_its_limits(tmp_path, capsys):

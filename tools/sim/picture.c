@@ -28,6 +28,12 @@ char *sim_picture_folder(common_error_t *error)
     return folder;
 }
 
+/// Returns the quote that a name needs in a shell.
+static const char *quote_of(const char *name)
+{
+    return strpbrk(name, " \t!\"#$&()*;<>?[\\]^`{|}~") != NULL ? "'" : "";
+}
+
 bool sim_picture_of(const char *path, const char *name, const char *out, bool is_whole, common_error_t *error)
 {
     // In one word with its option, because tribo-plot would take a name that begins with - for an option.
@@ -48,10 +54,15 @@ bool sim_picture_of(const char *path, const char *name, const char *out, bool is
     const bool ok =
         out_word != NULL && name_word != NULL
             ? sim_tool_run(words) == SIM_EXIT_OK ||
-                  common_error_set(error,
-                                   "there is no picture, but nothing is lost: tribo-sim plot %s --out %s draws it",
-                                   path,
-                                   out)
+                  common_error_set(
+                      error,
+                      "there is no picture, but nothing is lost: tribo-sim plot %s%s%s --out %s%s%s draws it",
+                      quote_of(path),
+                      path,
+                      quote_of(path),
+                      quote_of(out),
+                      out,
+                      quote_of(out))
             : common_error_set(error, "out of memory");
     free(out_word);
     free(name_word);

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shlex
 from pathlib import Path
 from typing import Annotated, Literal, Optional
 
@@ -58,7 +59,7 @@ def go_on(folder, say):
     joint = load(folder / "joint.yaml")
     paths = sorted(folder.glob("*-log.csv"))
     if not paths:
-        return say(PLAY, f"Save the logs as {folder / 'sine-log.csv'} and {folder / 'steps-log.csv'} (every *-log.csv is read), then run: tribo-rig {folder}")
+        return say(PLAY, f"Save the logs as {folder / 'sine-log.csv'} and {folder / 'steps-log.csv'} (every *-log.csv is read), then run: tribo-rig {shlex.quote(str(folder))}")
     check_replaceable(folder / "result", NAMES)
     from . import slip
 
