@@ -13,25 +13,22 @@ single+='|__(add|sub|mul|div)sf3|__(eq|ne|lt|le|gt|ge|unord)sf2|__fix(uns)?sfsi|
 double='__aeabi_(d(add|sub|rsub|mul|div|2f|cmp[a-z]+)|cd[a-z]*cmp[a-z]+|f2d|u?i2d)'
 double+='|__(add|sub|mul|div)df3|__(eq|ne|lt|le|gt|ge|unord)df2|__extendsfdf2|__truncdfsf2|__float(un)?sidf'
 
-defined=$("$nm" --defined-only "$archive" | awk 'NF == 3 {print $3}' | sort -u)
-undefined=$("$nm" --undefined-only "$archive" | awk '/:$/ {object = $1} $1 == "U" {print object, $2}')
-
-status=0
-while read -r object symbol; do
-    case "$object" in
-        # The set-up of Q31 is in float, on purpose, and so are configs, the check of ranges and the search for a refused number; a drive
-        # whose params come from the host links none of them (no_float.sh). What learns is in float for both, outside the tick.
-        headroom_q31.*) allowed="$integer|$single|$double" ;;
-        *_f32.* | *_q31.* | axis_config.* | joint_config.* | learner.* | ranges.* | refusal.*) allowed="$integer|$single" ;;
-        *) allowed=$integer ;;
-    esac
-    if grep -qxF "$symbol" <<<"$defined"; then
-        continue
-    fi
-    echo "$object $symbol"
-    if ! grep -qxE "$allowed" <<<"$symbol"; then
-        echo "symbols.sh: not allowed there" >&2
-        status=1
-    fi
-done <<<"$undefined"
-exit $status
+# The set-up of Q31 is in float, on purpose, and so are configs, the check of ranges and the search for a refused number; a drive
+# whose params come from the host links none of them (no_float.sh). What learns is in float for both, outside the tick.
+"$nm" "$archive" | awk -v integer="^($integer)\$" -v single="^($single)\$" -v double="^($double)\$" '
+    /:$/ { object = $1 }
+    NF == 3 { defined[$3] = 1 }
+    $1 == "U" { used[++count] = object " " $2 }
+    END {
+        for (i = 1; i <= count; i++) {
+            split(used[i], of, " ")
+            if (of[2] in defined) continue
+            print used[i]
+            floats = of[1] ~ /(_f32|_q31)[.]|^(axis_config|joint_config|learner|ranges|refusal)[.]/
+            if (of[2] !~ integer && !(floats && of[2] ~ single) && !(of[1] ~ /^headroom_q31[.]/ && of[2] ~ double)) {
+                print "symbols.sh: " used[i] ": not allowed there" >"/dev/stderr"
+                failed = 1
+            }
+        }
+        exit failed
+    }'
