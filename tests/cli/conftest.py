@@ -15,11 +15,19 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 VECTORS = ROOT / "tests" / "golden" / "vectors.tar.xz"
 SCENARIOS = ROOT / "host_sim" / "scenarios"
 
-# The shortest scenario there is; a test appends what it is about.
+# What compares the numbers of long runs. tools/check plays these with the optimised program alone, and the others, of messages, files and
+# short runs, with the sanitizers alone.
+numbers = pytest.mark.numbers
+
 # The paper's method, by its name.
 PAPER = ("--set", "compensator.method=paper", "--set", "compensator.guard.on=no")
 
+# The shortest scenario there is; a test appends what it is about.
 SHORT = "duration_s: 0.01\nreference: {kind: step}\n"
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "numbers: compares the numbers of long runs")
 
 
 class Sim:

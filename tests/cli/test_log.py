@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from conftest import read_csv
+from conftest import numbers, read_csv
 
 GOOD = "t_s,u_N,F_N\n0,0.1,0.01\n0.001,0.2,0.02\n0.002,0.3,0.03\n"
 
@@ -439,6 +439,7 @@ def test_a_wrong_sign_is_named(sim):
     assert verdict(sim, "--scale", "u=-")[0] == ["the params fit this log"]
 
 
+@numbers
 def test_a_loop_that_takes_u_back_at_each_slip_has_no_wrong_sign(sim):
     sim.trace("triangle", "--set", "reference.period_s=60", "--set", "compensator.gain=0", "--set", "metrics.start_s=0")
     options = ["--column", "F=y_N"]
@@ -485,6 +486,7 @@ def test_a_log_without_a_force_is_not_judged(sim):
     assert "the log has no force" in out and "u - F" not in out
 
 
+@numbers
 def test_the_sign_of_friction_power_is_of_the_motion_where_it_is_known(sim):
     slow_triangle(sim, motion=True)
     _, out = verdict(sim)

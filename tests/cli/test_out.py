@@ -134,7 +134,7 @@ def test_a_wrong_place_is_found_before_the_run(sim, options):
 
 @pytest.mark.parametrize("name", ["trace.csv", "trace_q31.csv", "learned.yaml", "scenario.yaml", "summary.json"])
 def test_a_read_only_file_of_an_earlier_run_is_refused_before_the_run(sim, name):
-    sim.ok("run", "triangle", "--arith", "both", "--out", "d")
+    sim.ok("run", "triangle", "--set", "duration_s=1", "--set", "metrics.start_s=0", "--arith", "both", "--out", "d")
     path = sim.folder / "d" / name
     before = {path.name: path.read_bytes() for path in (sim.folder / "d").iterdir()}
     path.chmod(0o444)
@@ -199,8 +199,8 @@ def test_a_run_that_fails_leaves_no_folder(sim, before, out):
     assert sorted(sim.folder.rglob("*")) == left
 
 
-@pytest.mark.parametrize("before, out", [*FOLDERS, ("", None)])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("before, out, number", [*((*folder, signal.SIGTERM) for folder in [*FOLDERS, ("", None)]), ("", "a", signal.SIGINT),
+                                                 ("", None, signal.SIGINT), ("", "a", signal.SIGHUP), ("", None, signal.SIGHUP)])
 def test_a_signal_leaves_no_folder(sim, before, out, number):
     """Neither the folder of --out nor, for a picture alone, a temporary one is left."""
     command = start_in(sim, before, out or "") if out else (*start_in(sim, before, "")[:-2], "--plot", "x.svg")

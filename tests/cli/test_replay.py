@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from conftest import PAPER, read_csv, read_vectors
+from conftest import PAPER, numbers, read_csv, read_vectors
 
 HEADER = "t_s,u_N,F_hat_N,n_N,L_N,v_N_per_s,Q1,Q2,Q,f_hat_N"
 
@@ -72,6 +72,7 @@ def test_replay_of_a_simulated_run_gives_what_the_loop_saw(sim):
         assert result[name] == pytest.approx(trace[name], abs=1e-6), name
 
 
+@numbers
 def test_set_goes_over_the_params_file(sim):
     log_of(sim, "compensator_paper", ["u_N"])
     sim.write("p.yaml", "friction: {k_min: 3}\n")
@@ -81,6 +82,7 @@ def test_set_goes_over_the_params_file(sim):
     assert sim.ok("replay", "log.csv") == sim.ok("replay", "log.csv", "--params", "p.yaml", "--set", "compensator.friction.k_min=6")
 
 
+@numbers
 def test_a_breakaway_table_is_used(sim):
     log_of(sim, "friction_paper", ["F_N", "u_N"])
     points = ", ".join(f"{{force_N: {F}, positive_N: {0.007 + 0.3 * F}, negative_N: {0.007 + 0.3 * F}}}" for F in (0, 1, 10))
@@ -104,6 +106,7 @@ def test_a_set_that_replay_does_not_read(sim):
     sim.fails("--set compensator.model=lugre: unknown key compensator.model, did you mean plant.model?", "replay", "log.csv", "--set", "compensator.model=lugre")
 
 
+@numbers
 def test_the_paper_is_the_default(sim):
     log_of(sim, "compensator_paper", ["u_N"])
     sim.write("p.yaml", "{}\n")
@@ -377,6 +380,7 @@ def test_full_scale_of_a_replay(sim):
     assert sim("replay", "log.csv", "--arith", "x").returncode == 2
 
 
+@numbers
 def test_the_activity_is_that_of_the_log(sim):
     """Replay counts what the run that made the log counted; a gap is no move."""
     summary = sim.summary("triangle", *PAPER, "--set", "reference.period_s=60", "--set", "metrics.start_s=0", "--out", "d")

@@ -15,7 +15,7 @@ import sys
 
 import pytest
 
-from conftest import PAPER, ROOT, SHORT, processor_s, read_csv, until
+from conftest import PAPER, ROOT, SHORT, numbers, processor_s, read_csv, until
 from test_list import keys
 
 sys.path.insert(0, str(ROOT / "tests" / "support"))
@@ -31,6 +31,7 @@ SUMMARY = ["rms_error_N", "max_error_N", "rms_measured_error_N", *ACTIVITY, "tic
            "wall_s", "real_time_factor"]
 
 
+@numbers
 @pytest.mark.parametrize("gain", BENCHMARK)
 def test_triangle_reproduces_the_benchmark(sim, gain):
     summary = sim.summary("triangle", *PAPER, "--set", f"compensator.gain={gain}")
@@ -40,6 +41,7 @@ def test_triangle_reproduces_the_benchmark(sim, gain):
     assert summary["simulated_s"] == 60
 
 
+@numbers
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_feedforward_leaves_a_twentieth_of_the_error(sim, arithmetic):
     summary = sim.summary("triangle", "--arith", arithmetic)
@@ -47,21 +49,25 @@ def test_feedforward_leaves_a_twentieth_of_the_error(sim, arithmetic):
     assert summary["max_error_N"] <= 0.0035
 
 
+@numbers
 def test_a_pi_has_the_errors_that_the_control_engineers_page_says(sim):
     pi = ("--set", "controller.kind=pi", "--set", "controller.kp=1", "--set", "controller.ki_per_s=56")
     assert sim.summary("triangle", *pi)["rms_error_N"] == pytest.approx(0.00016, rel=0.05)
     assert sim.summary("triangle", *pi, "--set", "compensator.method=off")["rms_error_N"] == pytest.approx(0.00212, rel=0.01)
 
 
+@numbers
 def test_without_a_method_nothing_is_compensated(sim):
-    off = sim.trace("ramp", "--set", "compensator.method=off")
-    assert off == sim.trace("ramp", *PAPER, "--set", "compensator.gain=0")
+    columns = ("--columns", "u_N,F_N,y_N,friction_term_N")
+    off = sim.trace("ramp", "--set", "compensator.method=off", *columns)
+    assert off == sim.trace("ramp", *PAPER, "--set", "compensator.gain=0", *columns)
     assert set(off["friction_term_N"]) == {0.0}
 
 
 HALF = ("--set", "plant.friction.breakaway.offset_N=0.0035", "--set", "plant.friction.breakaway.slope=0.15")
 
 
+@numbers
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_guard_ends_hunting_and_says_why(sim, arithmetic):
     hunting = (*HALF, *PAPER[:2], "--set", "compensator.gain=1", "--set", "metrics.start_s=20", "--arith", arithmetic)
@@ -72,6 +78,7 @@ def test_guard_ends_hunting_and_says_why(sim, arithmetic):
     assert guarded["rms_error_N"] == pytest.approx(off, rel=1e-3)
 
 
+@numbers
 @pytest.mark.parametrize("method", ["paper", "feedforward"])
 def test_guard_leaves_a_loop_alone_that_is_right(sim, method):
     right = ("--set", f"compensator.method={method}")
@@ -84,6 +91,7 @@ FED = ["triangle", "--set", "plant.friction.breakaway.slope=0.4", "--set",
        "plant.friction.breakaway.negative_slope=0.25"]
 
 
+@numbers
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_what_a_feedforward_learns_is_seen_and_handed_on(sim, arithmetic):
     summary = json.loads(sim.ok("run", *FED, "--arith", arithmetic, "--out", "first", "--json"))
@@ -105,6 +113,7 @@ def test_what_a_feedforward_learns_is_seen_and_handed_on(sim, arithmetic):
     assert header != sim.ok("params", "triangle", "--set", "compensator.method=feedforward", "--arith", arithmetic)
 
 
+@numbers
 def test_a_learned_table_is_handed_on_as_one(sim):
     table = "[{force_N: 0.2, positive_N: 0.05, negative_N: 0.05}, {force_N: 0.7, positive_N: 0.2, negative_N: 0.2}]"
     sim.ok("run", *FED, "--set", f"compensator.friction.breakaway.table={table}", "--out", "first")
@@ -114,6 +123,7 @@ def test_a_learned_table_is_handed_on_as_one(sim):
     assert begun["breakaway_negative_N"][0] == pytest.approx(0.107, rel=0.06)
 
 
+@numbers
 @pytest.mark.parametrize("scale", [0.0, 0.1, -0.1])
 def test_learned_friction_that_may_be_a_wrong_scale_is_remarked(sim, scale):
     """u that is too large is less friction one way and more the other."""
@@ -133,6 +143,7 @@ def test_a_run_that_learns_nothing_leaves_no_learned_file(sim):
     assert not (sim.folder / "both" / "learned.yaml").exists()
 
 
+@numbers
 @pytest.mark.parametrize("keys, why", [
     (["reference.low_N=0.5", "reference.high_N=0.5000001"], r"F travelled 0\.\d+ N; r stood in 0 %"),
     (["reference.kind=step"], r"r stood in 100 % of the ticks, u was at a limit in 0 %"),
@@ -148,6 +159,7 @@ def test_a_run_that_learns_too_little_says_why(sim, keys, why, arithmetic):
     assert sim.summary("triangle", "--arith", arithmetic)["learned"]["not_learned"] is None
 
 
+@numbers
 def test_a_prior_that_is_far_off_ends_at_a_bound_and_says_so(sim):
     far = ["--set", "compensator.friction.breakaway.offset_N=0.001", "--set", "compensator.friction.breakaway.slope=0.06"]
     learned = sim.summary(*FED, *far, "--set", "duration_s=30")["learned"]["positive"]
@@ -156,6 +168,7 @@ def test_a_prior_that_is_far_off_ends_at_a_bound_and_says_so(sim):
     assert sim.summary(*FED, *far, "--set", "duration_s=80")["learned"]["positive"]["stays_at_bound"]
 
 
+@numbers
 def test_friction_that_does_harm_is_in_the_summary(sim):
     """Thirty times too much is believed, at once, and each slide is too short to learn from."""
     harmful = ["triangle", "--set", "reference.period_s=0.2", "--set", "reference.low_N=0.48", "--set", "reference.high_N=0.52", "--set",
@@ -172,12 +185,13 @@ def test_friction_that_does_harm_is_in_the_summary(sim):
 BLIND = ["triangle", "--set", "compensator.sensor=none"]
 
 
+@numbers
 @pytest.mark.parametrize("arithmetic", ["f32", "q31"])
 def test_without_a_sensor_u_comes_from_r_and_belief_alone(sim, arithmetic):
     blind = [*BLIND, "--arith", arithmetic]
-    quiet, noisy = (sim.trace(*blind, "--set", f"sensor.noise_N={noise}") for noise in (0, 0.1))
+    quiet, noisy = (sim.trace(*blind, "--set", f"sensor.noise_N={noise}", "--columns", "u_N,y_N") for noise in (0, 0.1))
     assert quiet["u_N"] == noisy["u_N"] and quiet["y_N"] != noisy["y_N"]
-    assert "breakaway_positive_N" not in quiet and "guard" not in sim.summary(*blind)
+    assert "breakaway_positive_N" not in sim.trace(*blind, "--set", "duration_s=1", "--set", "metrics.start_s=0") and "guard" not in sim.summary(*blind)
     rms = {belief: sim.summary(*blind, "--set", f"compensator.sensorless.belief={belief}")["rms_error_N"] for belief in (0, 0.9, 1)}
     assert sim.summary(*blind)["rms_error_N"] == rms[0.9]
     assert rms[0] / rms[0.9] > 4 and rms[0] / rms[1] > 12
@@ -190,6 +204,7 @@ def test_a_loop_without_a_sensor_that_does_not_go_with_the_rest_is_refused(sim):
               "run", *BLIND, *PAPER)
 
 
+@numbers
 def test_gain_1_overcompensates(sim):
     assert sim.summary("triangle", *PAPER, "--set", "compensator.gain=1")["rms_error_N"] == pytest.approx(0.003216, rel=0.05)
 
@@ -206,16 +221,20 @@ def test_every_truth_model_runs_and_is_none_of_the_others(sim):
     assert len(seen) >= 18
 
 
+@numbers
 def test_the_paper_is_the_truth_if_none_is_chosen(sim):
-    assert sim.trace("sawtooth") == sim.trace("sawtooth", "--set", "plant.model=paper")
+    columns = ("--columns", "u_N,F_N,y_N,f_N")
+    assert sim.trace("sawtooth", *columns) == sim.trace("sawtooth", "--set", "plant.model=paper", *columns)
 
 
+@numbers
 def test_command_errors_are_those_of_the_actuators_force(sim):
     trace = sim.trace("ramp", *PAPER, "--set", "plant.command={scale_error: 0.1, bias_N: 0.02}")
     # Standing long after the ramp, the actuator has settled.
     assert trace["u_a_N"][-1] == pytest.approx(1.1 * trace["u_N"][-1] + 0.02, abs=1e-6)
 
 
+@numbers
 def test_ripple_is_a_sine_of_the_arms_position(sim):
     """u_a with the ripple, of two arms that stand still, is apart from u by it alone."""
     ripple = {"amplitude_N": 0.01, "period_deg": 0.1, "phase": 0.25}
@@ -328,6 +347,7 @@ def test_a_column_that_the_run_has_not_is_refused_before_it(sim):
     assert list(trace) == ["t_s", "learned_positive_N"]
 
 
+@numbers
 @pytest.mark.parametrize("options, window", [
     # A third of the slope at which the benchmark's command is calm, from its second to its third period.
     (["triangle", "--set", "reference.period_s=60"], slice(20000, 60000)),
@@ -337,7 +357,7 @@ def test_a_column_that_the_run_has_not_is_refused_before_it(sim):
     (["step"], slice(2000, 10000)),
 ], ids=["slow", "benchmark", "q31", "noise", "still"])
 def test_activity_is_that_of_the_trace(sim, options, window):
-    printed = sim.summary(*options, "--out", "x")
+    printed = sim.summary(*options, "--columns", "r_N,u_N,Q", "--out", "x")
     trace = read_csv(sim.folder / "x" / "trace.csv")
     variation, ratio, chatter, switches = activity_of(trace, window, 4e-5 if "noisy" in options else 2e-5)
     assert printed["u_variation_N"] == pytest.approx(variation, rel=1e-5)
@@ -347,6 +367,7 @@ def test_activity_is_that_of_the_trace(sim, options, window):
     assert printed["Q_switches"] == switches
 
 
+@numbers
 def test_a_slow_triangle_chatters_and_the_benchmark_does_not(sim):
     """Independent figures of the slow one, over the whole run: Q toggles in about 53,500 of 120,000 ticks, u varies by 7.6 N."""
     slow = sim.summary("triangle", *PAPER, "--set", "reference.period_s=40", "--set", "duration_s=120", "--set", "metrics.start_s=0")
@@ -360,6 +381,7 @@ def test_a_slow_triangle_chatters_and_the_benchmark_does_not(sim):
     assert without["chatter_ticks"] == 0
 
 
+@numbers
 def test_the_table_shows_the_activity(sim):
     summary = sim.summary("triangle", "--arith", "both")
     table = sim.ok("run", "triangle", "--arith", "both")
@@ -369,6 +391,7 @@ def test_the_table_shows_the_activity(sim):
                              f"Q switches {one['Q_switches']} times")
 
 
+@numbers
 def test_trace_columns_are_what_the_loop_says_they_are(sim):
     trace = sim.trace("triangle", *PAPER, "--set", "duration_s=12", "--set", "metrics.start_s=0")
     f_before = 0.0
@@ -406,6 +429,7 @@ def test_the_table_has_what_the_json_has(sim):
         assert text in table
 
 
+@numbers
 @pytest.mark.parametrize("arith", ["f32", "q31"])
 def test_what_is_credible_scales_nothing(sim, arith):
     def run(*settings):
@@ -418,6 +442,7 @@ def test_what_is_credible_scales_nothing(sim, arith):
     assert all(run(f"limits.input_max_N={most}") == first for most in (3, 25, *((2000,) if arith == "f32" else ())))
 
 
+@numbers
 def test_the_widths_follow_the_force_around_which_the_rig_works(sim):
     small, usual = (sim.summary("triangle", "--set", f"compensator.usual_force_N={force}") for force in (0.05, 0.5))
     assert usual["rms_error_N"] < 1.15e-4 and small["rms_error_N"] != usual["rms_error_N"]
@@ -444,6 +469,7 @@ def test_a_run_whose_inputs_were_nearly_all_bad_ends_with_an_error(sim, arith):
     assert json.loads((sim.folder / "o" / "summary.json").read_text())["bad_inputs"] == 2000
 
 
+@numbers
 def test_which_error_of_breakaway_costs_more_depends_on_the_method(sim):
     """docs/parameters.md says so."""
 
@@ -496,6 +522,7 @@ def test_reference_shapes(sim, kind):
             assert r == pytest.approx(shape(kind, t), abs=1e-8), t
 
 
+@numbers
 def test_a_reference_from_a_file_is_linear_between_rows(sim):
     sim.write("r.csv", "r_N,note,t_s\n0.4,1,0\n0.6,2,10\n0.4,3,20\n0.6,4,30\n0.4,5,40\n0.6,6,50\n0.4,7,60\n")
     csv = sim.summary("triangle", "--set", "reference.kind=csv", "--set", "reference.file=r.csv")
@@ -609,6 +636,7 @@ PLANTS = {
 }
 
 
+@numbers
 @pytest.mark.parametrize("name", PLANTS)
 def test_the_plant_agrees_with_an_independent_model(sim, name):
     plant, sets = PLANTS[name]
@@ -711,6 +739,7 @@ def test_delay_shifts_the_readings(sim):
 # Controllers
 
 
+@numbers
 def test_the_papers_sections_in_z_and_in_delta_give_the_papers_run(sim):
     header = (ROOT / "lib/include/tribo/paper_controller.h").read_text(encoding="ascii")
     sections = [[float(x.strip(" f")) for x in line.strip(" \\{},").split(",")]
@@ -850,6 +879,7 @@ def test_no_progress_is_shown_elsewhere(sim):
 # Arithmetic
 
 
+@numbers
 def test_q31_gives_the_benchmark_within_1_percent_of_f32(sim):
     f32 = sim.summary("triangle", *PAPER, "--arith", "f32")
     assert {**f32, "wall_s": 0, "real_time_factor": 0} == {**sim.summary("triangle", *PAPER), "wall_s": 0, "real_time_factor": 0}

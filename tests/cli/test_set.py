@@ -2,7 +2,7 @@
 
 import pytest
 
-from conftest import PAPER, SHORT
+from conftest import PAPER, SHORT, numbers
 from test_list import keys
 
 SECTIONS = "controller.sections=[{b0: 1, b1: 0, b2: 0, a1: -0.5, a2: 0}, {b0: 1, b1: 0, b2: 0, a1: -0.9, a2: 0}]"
@@ -156,6 +156,7 @@ def outcome(sim, assignments, *options):
     return summary, (sim.folder / "out/trace.csv").read_bytes()
 
 
+@numbers
 def test_set_reaches_every_key_and_every_key_has_an_effect(sim):
     sim.write("moving.yaml", MOVING)
     sim.write("r.csv", "t_s,r_N\n0,0\n1,0.5\n")
@@ -186,6 +187,7 @@ def test_set_reaches_every_key_and_every_key_has_an_effect(sim):
     assert without == []
 
 
+@numbers
 def test_a_pi_by_gains_is_its_section(sim):
     """The bilinear rule by hand: (kp + ki h/2) + (ki h/2 - kp) z^-1 over 1 - z^-1."""
     sim.write("moving.yaml", MOVING)
