@@ -2,24 +2,32 @@
 
 import re
 
+import pytest
+
 from conftest import RMS_MAX_UN, make, rms_un
 
 
-def test_simplefocs_sketch_follows_against_friction_until_a_tick_is_missed_or_the_sensor_fails(tmp_path):
-    out = make("simplefoc", tmp_path, "run")
+@pytest.fixture(scope="module", name="simplefoc")
+def _simplefoc(tmp_path_factory):
+    """Its folder, with one library for both sketches."""
+    return tmp_path_factory.mktemp("simplefoc")
+
+
+def test_simplefocs_sketch_follows_against_friction_until_a_tick_is_missed_or_the_sensor_fails(simplefoc):
+    out = make("simplefoc", simplefoc, "run")
     assert rms_un(out) < RMS_MAX_UN
     assert "enabled 1" in out
-    assert "enabled 1" in make("simplefoc", tmp_path, "run", "WITH=glitch")
+    assert "enabled 1" in make("simplefoc", simplefoc, "run", "WITH=glitch")
     for word, after in (("stall", 1), ("blind", 19)):
-        out = make("simplefoc", tmp_path, "run", f"WITH={word}")
+        out = make("simplefoc", simplefoc, "run", f"WITH={word}")
         assert rms_un(out) > 100 * RMS_MAX_UN
         assert out.endswith(f"enabled 0, off after {after}, on for 0\n")
-    assert "on for 0" in make("simplefoc", tmp_path, "run", "WITH=stubborn")
+    assert "on for 0" in make("simplefoc", simplefoc, "run", "WITH=stubborn")
 
 
-def test_simplefocs_joint_follows_against_friction_and_its_guard_takes_the_term_out(tmp_path):
+def test_simplefocs_joint_follows_against_friction_and_its_guard_takes_the_term_out(simplefoc):
     def run(word):
-        out = make("simplefoc", tmp_path, "joint", f"WITH={word}")
+        out = make("simplefoc", simplefoc, "joint", f"WITH={word}")
         return dict(zip(("error", "enabled", "friction", "share", "cause", "blind", "first"), re.match(
             r"RMS error (\d+) urad, enabled (\d), friction (\d+) mA, share ([\d.]+), (\w+).*, (\d+) uA.*, first (\d+) mA", out).groups()))
 
