@@ -61,44 +61,34 @@ static float factor_of(sim_truth_number_t truth, float belief, long seconds)
     return report.breakaway_factor;
 }
 
-static void test_far_too_small_is_known_at_the_first_reversals(void)
+/// The believed breakaway over the truth's is known within so many seconds, with the factor that is to be configured.
+static void check_belief(float belief, long seconds, float factor)
 {
-    static const float beliefs[] = {0.03f, 0.05f, 0.1f};
     for (int truth = FIRST; truth < SIM_TRUTH_COUNT; truth += STRIDE)
     {
-        for (uint32_t i = 0; i < sizeof beliefs / sizeof beliefs[0]; i++)
-        {
-            TEST_ASSERT_EQUAL_FLOAT_MESSAGE(3.0f,
-                                            factor_of((sim_truth_number_t)truth, beliefs[i], 25),
-                                            sim_truth_models[truth]->name);
-        }
+        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(factor,
+                                        factor_of((sim_truth_number_t)truth, belief, seconds),
+                                        sim_truth_models[truth]->name);
     }
+}
+
+static void test_far_too_small_is_known_at_the_first_reversals(void)
+{
+    check_belief(0.03f, 25, 3.0f);
+    check_belief(0.05f, 25, 3.0f);
+    check_belief(0.1f, 25, 3.0f);
 }
 
 static void test_five_and_ten_times_too_large_are_known_after_some_reversals(void)
 {
-    for (int truth = FIRST; truth < SIM_TRUTH_COUNT; truth += STRIDE)
-    {
-        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.2f,
-                                        factor_of((sim_truth_number_t)truth, 5.0f, 85),
-                                        sim_truth_models[truth]->name);
-        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.2f,
-                                        factor_of((sim_truth_number_t)truth, 10.0f, 85),
-                                        sim_truth_models[truth]->name);
-    }
+    check_belief(5.0f, 85, 0.2f);
+    check_belief(10.0f, 85, 0.2f);
 }
 
 static void test_right_within_a_factor_of_two_is_no_warning(void)
 {
-    for (int truth = FIRST; truth < SIM_TRUTH_COUNT; truth += STRIDE)
-    {
-        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(1.0f,
-                                        factor_of((sim_truth_number_t)truth, 0.5f, 60),
-                                        sim_truth_models[truth]->name);
-        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(1.0f,
-                                        factor_of((sim_truth_number_t)truth, 2.0f, 60),
-                                        sim_truth_models[truth]->name);
-    }
+    check_belief(0.5f, 60, 1.0f);
+    check_belief(2.0f, 60, 1.0f);
 }
 
 #include "runners/test_axis_breakaway.inc" // main
