@@ -410,9 +410,14 @@ force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t 
     }
     const force_t most = joint->params.effort_max;
     const long_t  sum  = (long_t)sound + joint->load + term_of(joint, sound);
-    force_t       u    = sum > most ? most : sum < -most ? -most : (force_t)sum;
-    if (u != sum) // as for no number
+    force_t       u    = 0;
+    if (sum >= -(long_t)most && sum <= most)
     {
+        u = (force_t)sum;
+    }
+    else // as for no number
+    {
+        u = sum > 0 ? most : -most;
         count_one(&joint->limited_ticks);
         if (is_corrupt(joint))
         {

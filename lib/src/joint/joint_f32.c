@@ -110,7 +110,12 @@ static inline force_t halved(force_t size, uint32_t times)
 
 static inline fade_t fade_step(fade_t share, bool rises, fade_t step)
 {
-    return limit_f32(rises ? share + 0.125f * step : share - step, 0.0f, 1.0f);
+    const fade_t next = rises ? share + 0.125f * step : share - step;
+    if (rises)
+    {
+        return next < 1.0f ? next : 1.0f;
+    }
+    return next > 0.0f ? next : 0.0f;
 }
 
 #include "joint.h"
