@@ -18,7 +18,7 @@ typedef float board_force_t; ///< N
 #define BOARD_CORE_HZ 25000000u ///< clock of SysTick
 
 board_force_t board_reference(void);          ///< the target force
-board_force_t board_force(void);              ///< reading; BOARD_NO_FORCE, at which u coasts, if there is none
+board_force_t board_force(void);              ///< reading; BOARD_NO_FORCE, which leaves u open loop, if there is none
 void          board_command(board_force_t u); ///< force at the end point; times A/N it is the motor's current
 bool board_is_healthy(void); ///< current and bus voltage are within limits, and the sensor has answered recently
 void board_off(void);        ///< no current until the next reset

@@ -48,7 +48,7 @@ typedef enum
 typedef enum
 {
     DRIVE_LIMIT_COMMAND   = 1, ///< u is limited to u_min or u_max
-    DRIVE_LIMIT_REFERENCE = 2, ///< r is beyond input_max: the loop coasts
+    DRIVE_LIMIT_REFERENCE = 2, ///< r is beyond input_max: the loop runs with e = 0
     DRIVE_LIMIT_HOST      = 4  ///< the reference was not renewed: r goes to safe_reference_n, or is there
 } drive_limit_t;
 

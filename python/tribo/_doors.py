@@ -297,7 +297,7 @@ class Joint:
 
     @property
     def gain(self) -> float:
-        """Fraction of the learned friction that is compensated, 0 to 1; the term follows a change within a third of a second."""
+        """Fraction of the learned friction that is compensated, 0 to 1; the term follows a change with a time constant of 0.1 s."""
         return self._gain
 
     @gain.setter

@@ -382,7 +382,9 @@ static void print_table(const sim_summary_t *summary, const options_t *options)
                  summary->result.bad_inputs);
     if (summary->result.bad_inputs > 0)
     {
-        (void)printf("%-26s%s\n", "bad inputs", "r or y beyond limits.input_max_N, the loop coasts: are forces in N?");
+        (void)printf("%-26s%s\n",
+                     "bad inputs",
+                     "r or y beyond limits.input_max_N, where e counts as 0: are forces in N?");
     }
     (void)printf("%-26s%g s in %.3f s, %.0f times real time\n",
                  "simulated",

@@ -258,7 +258,7 @@ typedef struct
     uint64_t    overruns, late;
 } program_t;
 
-/// Returns true if the loop accepts references up to `peak_n`. It would coast at larger ones.
+/// Returns true if the loop accepts references up to `peak_n`. It would run with e = 0 at larger ones.
 static bool check_reference(const program_t *program, const char *name, double peak_n, common_error_t *error)
 {
     float most_n;

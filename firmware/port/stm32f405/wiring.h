@@ -8,9 +8,11 @@
 ///                       40 kOhm pulls an open wire: an open-drain output needs 4.7 kOhm to 3.3 V at the power stage
 ///     PA6, PA7          TIM3_CH1, _CH2, an incremental encoder at the arm, if drive_config_t.speed_max_units_per_s is not 0: a unit is an
 ///                       edge, four a line. Internal resistors pull up open-collector outputs; a broken wire looks like an arm at rest
-///     PA1   ADC2_IN1    the motor's current; 0.2 V/A around 1.65 V (convert.h)
-///     PA2   ADC2_IN2    the power stage's supply, for bus_low_v and bus_high_v; a twentieth of it
-///     PA3   ADC2_IN3    the power stage's temperature, for temperature_max_c; 10 mV/degC
+///     PA1   ADC2_IN1    the motor's current; 0.2 V/A around 1.65 V (convert.h); a resistor to 3.3 V makes a broken wire an over-current
+///     PA2   ADC2_IN2    the power stage's supply, for bus_low_v and bus_high_v; a twentieth of it; a resistor to ground makes a
+///                       broken wire an under-voltage
+///     PA3   ADC2_IN3    the power stage's temperature, for temperature_max_c; 10 mV/degC; a resistor to 3.3 V makes a broken wire too
+///                       hot. Without it the wire may read 0 degC, which no level finds
 ///     PB5   output      high while USART1 sends: the driver-enable of an RS-485 transceiver
 ///     PB6, PB7          USART1, log and commands, 115200 8N1
 ///

@@ -8,8 +8,9 @@
 /// which the plant was identified, for example N m.
 ///
 /// A tick cannot fail: for any r and y, u is finite and within u_min_n to u_max_n. If r or y is bad (NaN, infinite, or
-/// beyond input_max_n), the loop counts the tick and runs it with e = 0, so that u coasts on the controller's state.
-/// The loop resumes with the next good input. The drive decides when bad inputs are a fault.
+/// beyond input_max_n), the loop counts the tick and runs it with e = 0: u keeps the controller's state, and with a
+/// feed-forward it follows a good r open loop. The loop resumes with the next good input, but it never stops by itself:
+/// your drive must stop after some bad inputs in succession (the examples: 20).
 ///
 /// Retune while running: pass a pointer to other validated params at any tick. The first tick with new params takes the
 /// state over without a jump of u, even if the cascade, the gain, the friction and the arm differ. New limits apply at

@@ -3,8 +3,8 @@
 /// Forces are Q31 with the full scale FS of the params; choose FS no smaller than the largest force and limit. A
 /// difference r - y or a net force beyond FS saturates without harm, because friction is at breakaway there and u at
 /// its limit. For any r and y, u is within u_min to u_max. A reference or a reading beyond input_max_n, or at a limit
-/// of the scale (q31.h), is a bad input: the loop counts the tick and runs it with e = 0, so that u coasts on the
-/// controller's state. The states of the parts count saturations.
+/// of the scale (q31.h), is a bad input: the loop counts the tick and runs it with e = 0, as force_loop_f32.h says. The
+/// states of the parts count saturations.
 ///
 /// Retune while running: pass a pointer to other params at any tick; u does not jump unless a new limit requires it.
 /// That tick costs about five ticks and reads the old params and their table once more. Free both when state.active is

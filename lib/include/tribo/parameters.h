@@ -83,7 +83,7 @@ extern "C" {
     ROW(FEEDFORWARD, JUMP_TIME, jump_time_s, "jump_time_s", "s", 0, 1e3, 0, TUNES, 0x208, "", "time in which friction changes its sign at a reversal; 0: derived, 2.1 times the lag from u to F") \
     ROW(FEEDFORWARD, JUMP_LEAD, jump_lead, "jump_lead", "-", 0, 1, 0.7, TUNES, 0x20a, "", "part of the actuator's lag by which a jump of friction leads; 0.9 would err where the actuator is faster than configured") \
     ROW(FEEDFORWARD, TRUST, trust, "trust", "-", 0, 1, 0.5, TUNES, 0x20c, "", "part of the configured breakaway that is fed forward before anything is learned") \
-    ROW(FEEDFORWARD, FORGETTING, forgetting_per_n, "forgetting_per_N", "1/N", 0, 1e6, 0, TUNES, 0x20e, "q31: under 32/full_scale_n", "part of the prior variance that returns per newton travelled; ten times the derived one for friction that drifts; 0: derived, 0.0157 divided by the breakaway") \
+    ROW(FEEDFORWARD, FORGETTING, forgetting_per_n, "forgetting_per_N", "1/N", 0, 1e6, 0, TUNES, 0x20e, "", "part of the prior variance that returns per newton travelled; ten times the derived one for friction that drifts; 0: derived, 0.0157 divided by the breakaway") \
     ROW(FEEDFORWARD, STILL_TIME, still_time_s, "still_time_s", "s", 0, 1e3, 0.2, TUNES, 0x210, "", "r is at rest once it has not moved for that long; 0: never, without feedback of friction at rest")
 
 /// Members of tribo_sensorless_f32_config_t.
