@@ -4,13 +4,18 @@ import contextlib
 import csv
 import os
 import pathlib
+import re
 import select
+import signal
 import subprocess
 import termios
 import threading
 import time
 
 import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+LINK = os.environ["TRIBO_LINK"]
 
 # Ticks from a file are late on a machine that others load as well.
 RIG = "scenario: loop.yaml\nrealtime: {required: no}\nheartbeat_ms: 10000\n"
@@ -178,3 +183,34 @@ def serve(drive):
     yield start
     for one in served:
         one.end()
+
+
+class Demo:
+    def __init__(self, folder):
+        self.folder = folder
+        self.said = folder / "said.txt"
+        with open(self.said, "w", encoding="utf-8") as said:
+            self.process = subprocess.Popen([ROOT / "tools/link/demo-drive", "--port", "0"], stdout=said, stderr=said, cwd=folder,
+                                            env={**os.environ, "TMPDIR": str(folder)})
+        until(lambda: "Ctrl-C" in self.text() or self.process.poll() is not None, "it does not start")
+        self.tcp, self.line = re.search(r"runs at (\S+) and on (\S+)\. ", self.text()).groups()
+
+    def text(self):
+        return self.said.read_text(encoding="utf-8")
+
+    def link(self, *arguments, device=None, status=0):
+        done = subprocess.run([LINK, *map(str, arguments)], capture_output=True, text=True, timeout=600, check=False,
+                              env={**os.environ, "TRIBO_LINK_DEVICE": device or self.tcp})
+        assert done.returncode == status, done.stdout + done.stderr
+        return done.stdout + (done.stderr if status else "")
+
+    def folders(self):
+        return list(self.folder.glob("tribo-demo-*"))
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory):
+    made = Demo(tmp_path_factory.mktemp("demo"))
+    yield made
+    made.process.send_signal(signal.SIGINT)
+    made.process.wait(timeout=300)

@@ -12,7 +12,7 @@ import time
 
 import pytest
 
-from test_live import LINK, Demo
+from conftest import LINK
 
 PATIENCE_S = 60  # for a loaded machine; what never ends takes longer
 
@@ -222,14 +222,6 @@ def test_a_missing_port_is_refused_by_the_operating_system():
         free.bind(("127.0.0.1", 0))
         device = f"tcp:127.0.0.1:{free.getsockname()[1]}"
     assert link("-d", device, "status") == (2, f"tribo-link: {device}: Connection refused\n")
-
-
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory):
-    made = Demo(tmp_path_factory.mktemp("demo"))
-    yield made
-    made.process.terminate()
-    made.process.wait(timeout=300)
 
 
 def relay_to(port):

@@ -14,43 +14,9 @@ import xml.etree.ElementTree
 
 import pytest
 
-from conftest import until
+from conftest import LINK, ROOT, Demo, until
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
-
-LINK = os.environ["TRIBO_LINK"]
-
-
-class Demo:
-    def __init__(self, folder):
-        self.folder = folder
-        self.said = folder / "said.txt"
-        with open(self.said, "w", encoding="utf-8") as said:
-            self.process = subprocess.Popen([ROOT / "tools/link/demo-drive", "--port", "0"], stdout=said, stderr=said, cwd=folder,
-                                            env={**os.environ, "TMPDIR": str(folder)})
-        until(lambda: "Ctrl-C" in self.text() or self.process.poll() is not None, "it does not start")
-        self.tcp, self.line = re.search(r"runs at (\S+) and on (\S+)\. ", self.text()).groups()
-
-    def text(self):
-        return self.said.read_text(encoding="utf-8")
-
-    def link(self, *arguments, device=None, status=0):
-        done = subprocess.run([LINK, *map(str, arguments)], capture_output=True, text=True, timeout=600, check=False,
-                              env={**os.environ, "TRIBO_LINK_DEVICE": device or self.tcp})
-        assert done.returncode == status, done.stdout + done.stderr
-        return done.stdout + (done.stderr if status else "")
-
-    def folders(self):
-        return list(self.folder.glob("tribo-demo-*"))
-
-
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory):
-    made = Demo(tmp_path_factory.mktemp("demo"))
-    yield made
-    made.process.send_signal(signal.SIGINT)
-    made.process.wait(timeout=300)
 
 
 def processes_in(folder):

@@ -12,18 +12,10 @@ import time
 
 import pytest
 
-from test_live import LINK, ROOT, Demo
+from conftest import LINK, ROOT
 
 sys.path.insert(0, str(ROOT / "tests/browser"))
 import chromium  # noqa: E402
-
-
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory):
-    made = Demo(tmp_path_factory.mktemp("demo"))
-    yield made
-    made.process.send_signal(signal.SIGINT)
-    made.process.wait(timeout=300)
 
 
 class Served:

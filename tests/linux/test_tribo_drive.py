@@ -46,6 +46,7 @@ watchdog: none
     (RIG + "output: relay\n", "rig.yaml:4: output: "),
     ("heartbeat_ms: 10\n", "rig.yaml: scenario: is missing"),
     ("scenario: nothing.yaml\n", "nothing.yaml"),
+    (RIG.replace("loop.yaml", "trapeze"), "trapeze: cannot be opened: No such file or directory"),
     (DEVICES.replace("device: adc, ", ""), "rig.yaml:2: sensor.device: is missing"),
     (DEVICES.replace("chip: pwmchip0", "channel: 1"), "rig.yaml:3: pwm.chip: is missing"),
     (DEVICES.replace("  enable: {name: enable}\n", ""), "rig.yaml:4: lines.enable: is missing"),
@@ -60,6 +61,8 @@ watchdog: none
     (DEVICES + "ready_off_ms: 10001\n", "rig.yaml:8: ready_off_ms: 10001 is outside 0 to 10000"),
     (DEVICES + "heartbeat_ticks: 0\n", "rig.yaml:8: heartbeat_ticks: 0 is outside 1 to 1000"),
     (DEVICES + "read_back: maybe\n", "rig.yaml:8: read_back: "),
+    (DEVICES + "realtime: {cpu: 1000}\n", "realtime.cpu: value 1000: must be a CPU that this process may run on"),
+    (DEVICES + "realtime: {catch_up_ms: 1}\n", "rig.yaml:8: realtime.catch_up_ms: is only for tribo-desk"),
     ("", "rig.yaml"),
     ("scenario: [\n", "rig.yaml:"),
 ])
@@ -216,13 +219,6 @@ def test_a_reference_beyond_the_loops_range_is_refused(drive, words, name):
     assert run.returncode == 1 and f"{name}: must be within -2 to 2 N, the range of limits.input_max_N" in run.stderr
 
 
-def test_check_finds_a_missing_cpu(drive):
-    drive.write("rig.yaml", DEVICES + "realtime: {cpu: 1000}\n")
-    drive.program = DRIVE
-    run = drive.run("rig.yaml", "--check")
-    assert run.returncode == 1 and "realtime.cpu: value 1000: must be a CPU that this process may run on" in run.stderr
-
-
 @pytest.mark.parametrize("required, status", [("yes", 1), ("no", 0)])
 def test_a_desk_wants_the_cpu_as_its_run_does(drive, required, status):
     drive.write("rig.yaml", f"scenario: loop.yaml\nrealtime: {{cpu: 1000, required: {required}}}\n")
@@ -243,12 +239,6 @@ def test_a_scenario_that_cannot_be_looked_at_has_no_substitute(drive):
     drive.write("rig.yaml", RIG.replace("loop.yaml", "sine.yaml"))
     run = drive.run("rig.yaml", "--check")
     assert run.returncode == 1 and "sine.yaml: cannot be opened: Too many levels of symbolic links" in run.stderr
-
-
-def test_a_missing_scenario_is_named(drive):
-    drive.write("rig.yaml", RIG.replace("loop.yaml", "trapeze"))
-    run = drive.run("rig.yaml", "--check")
-    assert run.returncode == 1 and "trapeze: cannot be opened: No such file or directory" in run.stderr
 
 
 def test_a_line_beyond_the_loops_range_ends_the_run(drive):
@@ -418,13 +408,6 @@ def test_more_than_the_bound_late_is_a_fault(drive):
         os.kill(loop, signal.SIGCONT)
         _, said = run.communicate(timeout=600)
     assert run.returncode == 3 and "fault: tick missed since tick" in said, said
-
-
-def test_a_rig_does_not_catch_up(drive):
-    drive.program = DRIVE
-    drive.write("rig.yaml", DEVICES + "realtime: {catch_up_ms: 1}\n")
-    run = drive.run("rig.yaml", "--check")
-    assert run.returncode == 1 and "rig.yaml:8: realtime.catch_up_ms: is only for tribo-desk" in run.stderr
 
 
 @pytest.mark.parametrize("required, status", [("yes", 1), ("no", 0)])
