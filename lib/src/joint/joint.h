@@ -361,6 +361,23 @@ static force_t term_of(joint_t *x, force_t effort)
     return x->term;
 }
 
+/// Returns `sum` within the limit of u. A corrupt joint is forgotten, and its u is the loop's `effort`.
+static force_t limited(joint_t *x, long_t sum, force_t effort)
+{
+    const force_t most = x->params.effort_max;
+    if (sum >= -(long_t)most && sum <= most)
+    {
+        return (force_t)sum;
+    }
+    count_one(&x->limited_ticks);
+    if (is_corrupt(x))
+    {
+        forget(x);
+        return within_of(effort, -most, most);
+    }
+    return sum > 0 ? most : -most;
+}
+
 /// Returns the change of q in this tick. A jump that is not a motion counts as none and voids the slide.
 static way_t motion(joint_t *x, position_t now, position_t before)
 {
@@ -408,24 +425,8 @@ force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t 
     {
         joint->alive--;
     }
-    const force_t most = joint->params.effort_max;
-    const long_t  sum  = (long_t)sound + joint->load + term_of(joint, sound);
-    force_t       u    = 0;
-    if (sum >= -(long_t)most && sum <= most)
-    {
-        u = (force_t)sum;
-    }
-    else // as for no number
-    {
-        u = sum > 0 ? most : -most;
-        count_one(&joint->limited_ticks);
-        if (is_corrupt(joint))
-        {
-            forget(joint);
-            u = within_of(sound, -most, most);
-        }
-    }
-    joint->lagged = force_track(joint->lagged, u, joint->params.actuator_part);
+    const force_t u = limited(joint, (long_t)sound + joint->load + term_of(joint, sound), sound);
+    joint->lagged   = force_track(joint->lagged, u, joint->params.actuator_part);
     return u;
 }
 
