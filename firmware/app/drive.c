@@ -159,31 +159,27 @@ void drive_init(drive_t *drive, const port_t *port, const drive_setup_t *setup, 
 
 // --- the checks of a tick ------------------------------------------------------------------------------------------
 
+/// Returns the fault of the inputs, the most important one first.
 static drive_fault_t check_inputs(const drive_setup_t *setup, drive_state_t state, uint32_t inputs)
 {
+    static const struct
+    {
+        uint8_t input, fault;
+    } causes[] = {{PORT_INPUT_EMERGENCY_STOP, DRIVE_FAULT_EMERGENCY_STOP},
+                  {PORT_INPUT_SUPPLY, DRIVE_FAULT_SUPPLY},
+                  {PORT_INPUT_OVER_CURRENT, DRIVE_FAULT_OVER_CURRENT},
+                  {PORT_INPUT_OVER_VOLTAGE, DRIVE_FAULT_BUS_VOLTAGE},
+                  {PORT_INPUT_POWER_FAULT, DRIVE_FAULT_POWER}};
     if (inputs == 0u)
     {
         return DRIVE_FAULT_NONE;
     }
-    if ((inputs & PORT_INPUT_EMERGENCY_STOP) != 0u)
+    for (size_t i = 0; i < sizeof causes / sizeof causes[0]; i++)
     {
-        return DRIVE_FAULT_EMERGENCY_STOP;
-    }
-    if ((inputs & PORT_INPUT_SUPPLY) != 0u)
-    {
-        return DRIVE_FAULT_SUPPLY;
-    }
-    if ((inputs & PORT_INPUT_OVER_CURRENT) != 0u)
-    {
-        return DRIVE_FAULT_OVER_CURRENT;
-    }
-    if ((inputs & PORT_INPUT_OVER_VOLTAGE) != 0u)
-    {
-        return DRIVE_FAULT_BUS_VOLTAGE;
-    }
-    if ((inputs & PORT_INPUT_POWER_FAULT) != 0u)
-    {
-        return DRIVE_FAULT_POWER;
+        if ((inputs & causes[i].input) != 0u)
+        {
+            return (drive_fault_t)causes[i].fault;
+        }
     }
     const bool must_be_ready = state == DRIVE_RUN && setup->bounds.ready_ticks > 0u;
     return must_be_ready && (inputs & PORT_INPUT_NOT_READY) != 0u ? DRIVE_FAULT_NOT_READY : DRIVE_FAULT_NONE;

@@ -283,6 +283,30 @@ static void check_fault(const injection_t *injection, unsigned at)
     TEST_ASSERT_FALSE(board.moved_while_off);
 }
 
+/// Of several inputs the drive names the most important one.
+static void test_the_most_important_input_is_named(void)
+{
+    static const struct
+    {
+        uint32_t      input;
+        drive_fault_t cause;
+    } order[]       = {{PORT_INPUT_EMERGENCY_STOP, DRIVE_FAULT_EMERGENCY_STOP},
+                       {PORT_INPUT_SUPPLY, DRIVE_FAULT_SUPPLY},
+                       {PORT_INPUT_OVER_CURRENT, DRIVE_FAULT_OVER_CURRENT},
+                       {PORT_INPUT_OVER_VOLTAGE, DRIVE_FAULT_BUS_VOLTAGE},
+                       {PORT_INPUT_POWER_FAULT, DRIVE_FAULT_POWER}};
+    uint32_t inputs = UINT32_MAX;
+    for (size_t i = 0; i < sizeof order / sizeof order[0]; i++)
+    {
+        setUp();
+        start();
+        board.inputs = inputs;
+        tick();
+        TEST_ASSERT_EQUAL_INT(order[i].cause, drive.fault);
+        inputs &= ~order[i].input;
+    }
+}
+
 static void test_every_fault_at_50_ticks_stops_in_that_tick_and_stays_until_acknowledged(void)
 {
     for (unsigned i = 0; i < INJECTIONS; i++)
