@@ -817,6 +817,64 @@ static void test_a_dead_encoder_takes_the_term_away(void)
 }
 #endif
 
+static double along;
+
+/// A tick of a motion that goes on, with the same lag and effort. Returns the term.
+static double term_along(bool has_encoder)
+{
+    along += 8.0;
+    const position_t q = has_encoder ? (position_t)(along - 4.0) : TRIBO_EITHER((position_t)NAN, 0);
+    return number(TRIBO(joint, step)(&joint, effort_of(0.3), (position_t)along, q)) - 0.3;
+}
+
+/// Returns the time until the term is 0.
+static double time_to_none(bool has_encoder, double h)
+{
+    int ticks = 1;
+    while (fabs(term_along(has_encoder)) > 1e-6 && ticks < 100000)
+    {
+        ticks++;
+    }
+    return ticks * h;
+}
+
+static void check_times(double h)
+{
+    tribo_joint_config_t config    = config_of(FRICTION);
+    config.sample_time_s           = (float)h;
+    config.actuator_pole_rad_per_s = 0.0f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, init)(&joint, &config));
+    double full = 0.0;
+    along       = 0.0;
+    for (int k = 0; k < (int)(2.0 / h) + 50; k++)
+    {
+        full = term_along(true);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.97 * FRICTION / 2.0, full);
+    joint.cause = TRIBO_JOINT_ASTRAY;
+    TEST_ASSERT_TRUE(time_to_none(true, h) <= fmax(0.1, 3.0 * h) + 1e-9);
+    TRIBO(joint, restore)(&joint);
+    int rise = 1;
+    while (term_along(true) < 0.99 * full && rise < 100000)
+    {
+        rise++;
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.004 + h, fmax(0.4, 8.0 * h), rise * h);
+#if !TRIBO_IS_Q31 // counts are never bad
+    TEST_ASSERT_DOUBLE_WITHIN(1.5 * h, fmax(0.05, 4.0 * h) + 2.0 * h, time_to_none(false, h));
+#endif
+}
+
+/// As the header states, with ticks from the shortest that is usual to the longest.
+static void test_the_term_goes_and_comes_within_the_times_stated(void)
+{
+    static const double ticks_s[] = {1e-4, 1e-3, 0.02, 0.1};
+    for (size_t i = 0; i < sizeof ticks_s / sizeof ticks_s[0]; i++)
+    {
+        check_times(ticks_s[i]);
+    }
+}
+
 static void test_a_reference_may_step_by_any_amount(void)
 {
     begin(FRICTION);
