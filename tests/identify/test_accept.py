@@ -128,6 +128,28 @@ def test_mistakes_are_named(rig, tmp_path, capsys):
     assert not (tmp_path / "verdict").exists() and not (tmp_path / "x").exists()
 
 
+@pytest.mark.parametrize("friction, said", [
+    ("x", "friction: a mapping is expected"), ("[1]", "friction: a mapping is expected"), ("{breakaway: 5}", "breakaway: a mapping is expected"),
+    ("{breakaway: {offset_N: x}}", "offset_N: 'x' is not a number"), ("{breakaway: {offset_N: 1e400}}", "offset_N: '1e400' is too large"), ("{breakaway: {offset_N: [1]}}", "offset_N: a number is expected here, not a list"),
+    ("{breakaway: {table: [1]}}", "table[0]: a mapping is expected"), ("{breakaway: {table: [{force_N: 1}]}}", "table")])
+@pytest.mark.parametrize("command", ["accept", "friction"])
+def test_a_loop_that_the_simulator_refuses_is_refused_at_once(tmp_path, capsys, monkeypatch, command, friction, said):
+    monkeypatch.setattr("tribo_identify.logs.read", lambda *_: pytest.fail("the logs are read"))
+    loop = tmp_path / "loop.yaml"
+    loop.write_text(f"duration_s: 1\nreference: {{kind: step}}\ncompensator:\n  friction: {friction}\n", encoding="ascii")
+    words = [loop, "--low", 0.1, "--high", 0.6] if command == "accept" else ["log.csv", "--scenario", loop]
+    status, out, err = identify(capsys, command, *words, "--out", tmp_path / "x")
+    assert (status, out) == (2, "") and f"{loop}" in err and said in err and len(err.splitlines()) == 1, err
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_quoted_number_of_a_loop_is_its_number(tmp_path, capsys):
+    loop = tmp_path / "loop.yaml"
+    loop.write_text(LOOP.replace("OFFSET", "'0.01'").replace("SLOPE", '"0.5"'), encoding="ascii")
+    assert identify(capsys, "accept", loop, "--low", 0.1, "--high", 0.6, "--out", tmp_path / "x")[0] == 0
+    assert accept.load(tmp_path / "x/less.yaml")["compensator"]["friction"]["breakaway"] == {"offset_N": 0.008, "slope": 0.4}
+
+
 # As tribo-design writes it, far from the paper's rig: 2 ms, a slow actuator, an arm and a delay of its own.
 DESIGNED = """duration_s: 60
 sample_time_s: 0.002

@@ -289,6 +289,22 @@ def test_sigkill_at_any_moment_changes_nothing():
     assert sorted(path.name for path in pathlib.Path("o").iterdir()) == [".lock", "rows.parquet"]
 
 
+@pytest.mark.parametrize("how, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_an_ended_shard_leaves_whole_files_and_goes_on(how, status):
+    pathlib.Path("study.yaml").write_text(STUDY.replace("seed: 7", "seed: 9\nset: {duration_s: 15}"))
+    shard = [BIN / "tribo-sweep", "study.yaml", "--out", "o", "--workers", "1", "--shard", "1/2"]
+    process = subprocess.Popen(shard, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, preexec_fn=lambda: [signal.signal(number, signal.SIG_DFL if number != signal.SIGINT else signal.default_int_handler)
+                                                                                                            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)])
+    until(lambda: process.poll() is not None or len(list(pathlib.Path("o").glob("parts/*.parquet"))) >= 2, "no rows")
+    process.send_signal(how)
+    _, errors = process.communicate(timeout=200)
+    parts = list(pathlib.Path("o/parts").iterdir())
+    assert process.returncode == status and 2 <= len(parts) < 12 and all(path.suffix == ".parquet" for path in parts), errors
+    assert b"Traceback" not in errors and sum(len(pandas.read_parquet(path)) for path in parts) == len(parts)
+    assert subprocess.run(shard, capture_output=True, check=False).returncode == 0
+    assert same(tribo.sweep("study.yaml", "o"), tribo.sweep("study.yaml"))
+
+
 def test_half_a_file_of_an_interrupted_write_is_not_taken_up():
     whole = tribo.sweep("study.yaml")
     tribo.sweep("study.yaml", "o", shard=(1, 2))

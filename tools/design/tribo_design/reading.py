@@ -68,6 +68,18 @@ def read_mapping(path, kind="safe"):
     return tree
 
 
+def read_scenario(path, kind="safe"):
+    """The mapping of a scenario whose keys and values tribo-sim accepts."""
+    from tribo._core import Scenario, ScenarioError
+
+    tree = read_mapping(path, kind)
+    try:
+        Scenario(path)
+    except ScenarioError as error:
+        raise InputError(str(error)) from None
+    return tree
+
+
 def read_rows(path, text):
     """(line, cells) of a CSV file, without comments and empty rows."""
     try:

@@ -26,7 +26,7 @@ import tribo
 from tribo_design import progress
 from tribo_design.errors import DesignError, InputError
 from tribo_design.output import check_replaceable, write_directory, yaml_text
-from tribo_design.reading import read_mapping
+from tribo_design.reading import read_scenario
 
 from . import bins, logs, native, report
 
@@ -58,8 +58,8 @@ class Played:
 
 
 def load(path):
-    tree = read_mapping(path)
-    if not isinstance(tree.get("compensator"), dict) or "breakaway" not in (tree["compensator"].get("friction") or {}):
+    tree = read_scenario(path)
+    if not ((tree.get("compensator") or {}).get("friction") or {}).get("breakaway"):
         raise InputError(f"{path}: compensator.friction.breakaway: is missing; tribo-identify friction --scenario writes a loop that has it")
     return tree
 
@@ -70,10 +70,10 @@ def scaled(friction, times):
     breakaway = friction["breakaway"]
     for key in ("offset_N", "slope", "negative_offset_N", "negative_slope"):
         if key in breakaway:
-            breakaway[key] *= times
+            breakaway[key] = float(breakaway[key]) * times
     for point in breakaway.get("table", []):
-        point["positive_N"] *= times
-        point["negative_N"] *= times
+        for key in ("positive_N", "negative_N"):
+            point[key] = float(point[key]) * times
     return friction
 
 

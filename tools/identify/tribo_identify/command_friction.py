@@ -6,7 +6,7 @@ import numpy as np
 
 from tribo_design.errors import InputError
 from tribo_design.output import check_replaceable, write_directory, yaml_text
-from tribo_design.reading import printable, read_mapping
+from tribo_design.reading import printable, read_scenario
 from tribo_plot import output
 
 from . import friction, logs, native, report, strokes
@@ -49,7 +49,7 @@ def _trial(options):
 
 def run(options):
     _check_options(options)
-    base = read_mapping(options.scenario, "rt") if options.scenario else None
+    base = read_scenario(options.scenario, "rt") if options.scenario else None
     log = logs.read(options.logs, logs.arguments_of(options))
     if all(s.force is None for s in log.segments):
         return _strokes(log, options)
