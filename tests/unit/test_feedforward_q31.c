@@ -181,7 +181,7 @@ static void test_words_round_towards_zero_and_saturate(void)
 {
     TEST_ASSERT_EQUAL_INT32(1, gained(3, 1u << 15));
     TEST_ASSERT_EQUAL_INT32(-1, gained(-3, 1u << 15));
-    TEST_ASSERT_EQUAL_INT32(-(1 << 30), gained(INT32_MIN, UINT32_MAX));
+    TEST_ASSERT_EQUAL_INT32(1 - (1 << 30), gained(INT32_MIN, UINT32_MAX));
     TEST_ASSERT_EQUAL_INT32(-INT32_MAX, times(INT32_MIN, INT32_MAX));
     TEST_ASSERT_EQUAL_INT32(INT32_MAX - 3, outside(INT32_MAX));
     TEST_ASSERT_EQUAL_INT32(3 - INT32_MAX, outside(INT32_MIN));

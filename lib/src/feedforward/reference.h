@@ -96,14 +96,21 @@ static inline void copy_weights(volatile weights_t *to, const volatile weights_t
     }
 }
 
-/// Sets the weights to those of an untrained method: the configured breakaway times `trust`, no stops and no load.
+/// Sets the weights to those of an untrained method: the configured breakaway times `trust`, no stops and no load. They
+/// are set member by member, because assigning a struct would call memset in a tick.
 static inline void forget_weights(const params_t *p, weights_t *x)
 {
-    *x      = (weights_t){.sliding = NUMBER(1.0),
-                          .use     = {NUMBER(1.0)},
-                          .trust   = p->trust,
-                          .turned  = NUMBER(1.0),
-                          .kept    = PART(0.99999994)};
+    x->sliding  = NUMBER(1.0);
+    x->constant = 0;
+    x->scale    = 0;
+    x->trust    = p->trust;
+    x->turned   = NUMBER(1.0);
+    x->kept     = PART(0.99999994);
+    x->fed_back = 0;
+    for (uint32_t j = 0; j < TRIBO_FEEDFORWARD_WEIGHTS; j++)
+    {
+        x->use[j] = j == 0u ? NUMBER(1.0) : 0;
+    }
     x->seal = seal_of(x);
 }
 

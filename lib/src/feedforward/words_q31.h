@@ -54,16 +54,23 @@ static inline bool is_credible(force_t x, force_t most)
     return tribo_q31_magnitude(x) <= (uint32_t)most || most == INT32_MAX;
 }
 
-/// `size`, at most `most`, with the sign of x.
-static inline force_t signed_as(force_t x, uint64_t size, uint32_t most)
+/// `size` with the sign of x. 2^31 becomes INT32_MIN.
+static inline force_t signed_as(force_t x, uint32_t size)
 {
-    const int32_t within = (int32_t)(size < most ? (uint32_t)size : most);
-    return x < 0 ? -within : within;
+    return (force_t)(x < 0 ? 0u - size : size);
+}
+
+/// A product / 2^shift, at most 2^bits - 1, with the sign of x. One comparison of the high word finds what is larger.
+static inline force_t narrowed(force_t x, uint64_t product, uint32_t shift, uint32_t bits)
+{
+    const uint32_t high = (uint32_t)(product >> 32);
+    const uint32_t size = high << (32u - shift) | (uint32_t)product >> shift;
+    return signed_as(x, high >> (bits + shift - 32u) > 0u ? (UINT32_C(1) << bits) - 1u : size);
 }
 
 static inline force_t times(force_t x, number_t by)
 {
-    return signed_as(x ^ by, tribo_q31_product(tribo_q31_magnitude(x), tribo_q31_magnitude(by)) >> 29, INT32_MAX);
+    return narrowed(x ^ by, tribo_q31_product(tribo_q31_magnitude(x), tribo_q31_magnitude(by)), 29, 31);
 }
 
 static inline force_t part_of(force_t x, part_t part)
@@ -73,26 +80,27 @@ static inline force_t part_of(force_t x, part_t part)
 
 static inline force_t gained(force_t x, gain_t gain)
 {
-    return signed_as(x, tribo_q31_product(tribo_q31_magnitude(x), gain) >> 16, UINT32_C(1) << 30);
+    return narrowed(x, tribo_q31_product(tribo_q31_magnitude(x), gain), 16, 30);
 }
 
 static inline number_t over(force_t a, force_t b)
 {
-    return signed_as(a, ratio_q31(tribo_q31_magnitude(a), (uint32_t)b) >> 2, (uint32_t)WORDS_ONE);
+    return signed_as(a, ratio_q31(tribo_q31_magnitude(a), (uint32_t)b) >> 2);
 }
 
-/// Rounds the step to nearest, but moves by at least one unit, so that x reaches its input.
+/// Rounds the step to nearest, but moves by at least one unit, so that x reaches its input. x stays on its side of the
+/// input, so the sum fits.
 static inline force_t low_pass(force_t x, force_t input, part_t part)
 {
     const force_t  left = minus(input, x);
-    const uint64_t by   = (tribo_q31_product(tribo_q31_magnitude(left), part) + 0x80000000u) >> 32;
-    return plus(x, signed_as(left, by > 0u ? by : left != 0, INT32_MAX));
+    const uint32_t by   = (uint32_t)((tribo_q31_product(tribo_q31_magnitude(left), part) + 0x80000000u) >> 32);
+    return sum_q31(x, signed_as(left, by > 0u ? by : left != 0));
 }
 
 /// Limits a sum to the range of the state, so that further sums with it do not saturate.
 static inline force_t bounded(force_t x)
 {
-    return limit_q31(x, 1 - WORDS_ONE, WORDS_ONE - 1);
+    return exceeds_q31(x, WORDS_ONE - 1) ? signed_as(x, WORDS_ONE - 1) : x;
 }
 
 /// From Q29 to Q35, limited to what fits, and back.
