@@ -104,7 +104,7 @@ static const field_t compensator[] = {S(friction, friction), S(arm, arm), END};
 static const field_t loop_fields[] = {F(TRIBO_N(input_max)), F(gain), S(controller, controller), S(compensator, compensator), F(method), F(guard), END};
 #undef T
 #define T tribo_feedforward_learning_t
-static const field_t learning[] = {F(breakaway_n), F(reversal_n), ARRAY(per_n), ARRAY(deviation), F(jump_lag), F(forgetting_per_n), F(trust), F(unit_n), END};
+static const field_t learning[] = {F(breakaway_n), F(reversal_n), ARRAY(per_n), ARRAY(deviation), F(jump_lag), F(forgetting_per_n), F(trust), F(unit_n), F(rig), END};
 #undef T
 #define T TRIBO(feedforward, params_t)
 static const field_t feedforward[] = {

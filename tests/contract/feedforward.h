@@ -221,7 +221,8 @@ static inline void feedforward_set_sliding(feedforward_t *x, double V)
     memcpy(&before, learner->a, sizeof before);
     learner->a[0] = (float)(V - 1.0) / x->params.learning.deviation[0];
     memcpy(&after, learner->a, sizeof after);
-    learner->seal ^= before ^ after;
+    learner->seal ^= before ^ after ^ learner->rig ^ x->params.learning.rig;
+    learner->rig = x->params.learning.rig;
 }
 
 static inline void feedforward_set_offset(feedforward_t *x, double b)

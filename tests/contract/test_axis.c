@@ -55,6 +55,7 @@ static tribo_axis_f32_config_t rig(float belief)
 typedef struct
 {
     double actuator, force, reading;
+    double u; // of the last tick
 } plant_t;
 
 /// Learns as the background of a drive does.
@@ -83,19 +84,19 @@ static double triangle(long tick)
     return 0.1 + 0.5 * (phase < 0.5 ? phase : 1.0 - phase);
 }
 
-/// Runs from tick `from` to `to`, and returns the RMS error; the largest change of u in a tick is *jump.
+/// Runs from tick `from` to `to`, and returns the RMS error; the largest change of u in a tick is *jump, that of the
+/// first tick included unless it is tick 0.
 static double run(axis_t *x, plant_t *plant, long from, long to, double *jump)
 {
     double sum = 0.0;
-    double was = plant->actuator;
     *jump      = 0.0;
     for (long tick = from; tick < to; tick++)
     {
         const double r = triangle(tick);
         const double u = from_force(TRIBO(axis, step)(x, to_force(r), to_force(plant->reading)));
         learn(x);
-        *jump = tick > from ? fmax(*jump, fabs(u - was)) : *jump;
-        was   = u;
+        *jump    = tick > 0 ? fmax(*jump, fabs(u - plant->u)) : *jump;
+        plant->u = u;
         plant_step(plant, u);
         sum += (r - plant->force) * (r - plant->force);
     }
@@ -476,9 +477,9 @@ static void test_another_config_does_not_bump_and_keeps_what_is_learned(void)
 }
 
 /// What was learned refers to the configured breakaway and load, so it would be wrong beside others.
-static void test_another_breakaway_or_load_forgets_what_was_learned(void)
+static void test_another_breakaway_load_or_presliding_forgets_what_was_learned(void)
 {
-    for (int of_load = 0; of_load < 2; of_load++)
+    for (int of = 0; of < 4; of++)
     {
         double               jump;
         plant_t              plant = {0};
@@ -493,8 +494,10 @@ static void test_another_breakaway_or_load_forgets_what_was_learned(void)
         axis.feedforward.forgotten = 4;
         axis.is_far_below          = 1;
         TRIBO(axis, report)(&axis, &before);
-        config.gravity_n         = of_load != 0 ? 0.01f : 0.0f;
-        config.positive.offset_n = of_load != 0 ? 0.021f : 0.025f;
+        config.gravity_n                = of == 0 ? 0.01f : 0.0f;
+        config.positive.offset_n        = of == 1 ? 0.025f : 0.021f;
+        config.usual_force_n            = of == 2 ? 0.2f : 0.0f;
+        config.feedforward.presliding_n = of == 3 ? 0.02f : 0.0f;
         TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&next, &config));
         TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, &next));
         TRIBO(axis, report)(&axis, &after);
@@ -523,30 +526,6 @@ static void test_the_usual_force_is_that_of_the_loop(void)
         TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&params, &config));
         TEST_ASSERT_EQUAL_FLOAT(tribo_force_loop_f32_usual_force_n(&loop), params.usual_force_n);
     }
-}
-
-/// The learned load is held in units of the breakaway at the usual force. Another usual force leaves it as it is.
-static void test_another_usual_force_keeps_the_learned_load(void)
-{
-    double                  jump;
-    plant_t                 plant = {0};
-    static axis_params_t    next;
-    tribo_axis_report_t     before;
-    tribo_axis_report_t     after;
-    tribo_axis_f32_config_t config = rig(1.0f);
-    config.negative                = (tribo_breakaway_f32_t){0.05f, 0.3f}; // a load of 0.01 N, which is not there
-    config.usual_force_n           = 0.3f;
-    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
-    (void)run(&axis, &plant, 0, 4 * PERIOD, &jump);
-    TRIBO(axis, report)(&axis, &before);
-    config.usual_force_n = 0.1f;
-    TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&next, &config));
-    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, &next));
-    next.usual_force_n = axis.params.usual_force_n; // both reports at the same force
-    TRIBO(axis, report)(&axis, &after);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, before.breakaway_n[0], after.breakaway_n[0]);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, before.breakaway_n[1], after.breakaway_n[1]);
-    TEST_ASSERT_TRUE(fabsf(before.breakaway_n[0] - 0.12f) < 0.01f);
 }
 
 /// The first tick after a time without ticks is like the first one of all, but for what was learned.
@@ -604,6 +583,56 @@ static void test_a_tick_in_the_way_of_another_controller_is_a_warning(void)
     }
 }
 
+static void test_a_second_half_without_a_first_is_a_warning(void)
+{
+    tribo_axis_f32_config_t config = rig(1.0f);
+    tribo_axis_report_t     seen;
+    config.controller = tribo_own();
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    (void)TRIBO(axis, command)(&axis, TRIBO(axis, error)(&axis, 0, 0));
+    TRIBO(axis, report)(&axis, &seen);
+    TEST_ASSERT_EQUAL_UINT32(0, seen.warnings);
+    (void)TRIBO(axis, command)(&axis, 0);
+    TRIBO(axis, report)(&axis, &seen);
+    TEST_ASSERT_EQUAL_INT(0, strncmp(tribo_axis_warning(&seen.warnings), "calls: ", 7));
+}
+
+/// r and u move by some mN a tick under a stiff PI, which would answer another error with a jump.
+static void test_u_goes_on_when_learned_values_come_or_go_while_r_moves_fast(void)
+{
+    static axis_params_t next;
+    axis_blob_t          blob;
+    for (int of = 0; of < 2; of++)
+    {
+        double                  usual  = 0.0;
+        plant_t                 plant  = {0};
+        tribo_axis_f32_config_t config = rig(0.7f);
+        config.controller              = tribo_pi(2.0f, 80.0f);
+        TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+        for (int tick = 0; tick <= 20100; tick++)
+        {
+            if (tick == 20100)
+            {
+                TRIBO(axis, export)(&axis, &blob);
+                config.gravity_n += 1e-6f;
+                TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&next, &config));
+                TEST_ASSERT_EQUAL(TRIBO_OK,
+                                  of != 0 ? TRIBO(axis, import)(&axis, &blob) : TRIBO(axis, change)(&axis, &next));
+            }
+            const double r = 0.35 + 0.25 * sin(6.283185307 * tick * H);
+            const double u = from_force(TRIBO(axis, step)(&axis, to_force(r), to_force(plant.reading)));
+            learn(&axis);
+            if (tick == 20100)
+            {
+                ASSERT_BELOW(2.0 * usual, fabs(u - plant.u));
+            }
+            usual   = tick > 20000 ? fmax(usual, fabs(u - plant.u)) : 0.0;
+            plant.u = u;
+            plant_step(&plant, u);
+        }
+    }
+}
+
 static void test_what_is_learned_outlives_a_loss_of_power(void)
 {
     double                        jump;
@@ -626,16 +655,19 @@ static void test_what_is_learned_outlives_a_loss_of_power(void)
     TEST_ASSERT_EQUAL_FLOAT(before.breakaway_n[0], after.breakaway_n[0]);
     TEST_ASSERT_FLOAT_WITHIN(0.05f * before.low_n[1], before.low_n[1], after.low_n[1]); // at no sample's force now
 
-    // Into an axis that runs, and with another controller at once: u goes on.
+    // Into an axis that runs: u goes on. With another controller at once it does, too.
     (void)run(&axis, &plant, 4 * PERIOD + 300, 4 * PERIOD + 500, &jump);
-    (void)run(&axis, &plant, 4 * PERIOD + 500, 4 * PERIOD + 700, &usual);
+    (void)run(&axis, &plant, 4 * PERIOD + 500, 4 * PERIOD + 600, &usual);
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, import)(&axis, &blob));
+    (void)run(&axis, &plant, 4 * PERIOD + 600, 4 * PERIOD + 700, &jump);
+    ASSERT_BELOW(1.5 * usual + 1e-5, jump);
     static axis_params_t    next;
     tribo_axis_f32_config_t softer = config;
     softer.controller              = tribo_pi(0.4f, 20.0f);
     TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&next, &softer));
     TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, import)(&axis, &blob));
     TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, &next));
-    (void)run(&axis, &plant, 4 * PERIOD + 699, 4 * PERIOD + 800, &jump);
+    (void)run(&axis, &plant, 4 * PERIOD + 700, 4 * PERIOD + 800, &jump);
     ASSERT_BELOW(3.0 * usual + 1e-4, jump);
     TRIBO(axis, report)(&axis, &after);
     TEST_ASSERT_EQUAL(0, after.forgotten);
@@ -662,6 +694,9 @@ static void test_a_blob_with_a_flipped_bit_is_refused(void)
     TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, TRIBO(axis, import)(&axis, NULL));
     TEST_ASSERT_EQUAL(TRIBO_ERR_NULL, TRIBO(axis, import)(NULL, &blob));
     TEST_ASSERT_EQUAL_MEMORY(&before, &axis, sizeof axis);
+    config.gravity_n = -0.0f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, import)(&axis, &blob));
     config.negative = (tribo_breakaway_f32_t){0.03f, 0.2f};
     TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
     TEST_ASSERT_EQUAL(TRIBO_ERR_BLOB_RIG, TRIBO(axis, import)(&axis, &blob));
@@ -987,6 +1022,7 @@ static void test_a_usual_force_beyond_the_full_scale_is_refused(void)
     config.usual_force_n = 1.01f * (float)FULL_SCALE_N;
     TEST_ASSERT_EQUAL(TRIBO_ERR_USUAL_FORCE, tribo_axis_q31_prepare(&params, &config, (float)FULL_SCALE_N));
     TEST_ASSERT_EQUAL(TRIBO_ERR_FULL_SCALE, tribo_axis_q31_prepare(&params, &config, NAN));
+    TEST_ASSERT_EQUAL(TRIBO_ERR_FULL_SCALE, tribo_axis_q31_prepare(&params, &config, -1.0f));
 }
 #endif
 

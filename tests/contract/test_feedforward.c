@@ -1387,6 +1387,38 @@ static void test_new_params_take_the_sum_over(void)
     TEST_ASSERT_TRUE(feedforward_seen(&x).sigma == before.sigma);
 }
 
+/// A third of the breakaway is configured, so three times as much is learned. Where the true one is configured then, the
+/// arm does not get three times that, and u goes on.
+static void test_a_corrected_breakaway_forgets_what_was_learned_beside_the_old_one(void)
+{
+    plant_t      plant = {.positive = 1.0, .negative = 1.0};
+    const double L     = L0 + L1 * 0.4;
+
+    const tribo_friction_f32_config_t truth = model.friction;
+    model.friction.positive.offset_n /= 3.0f;
+    model.friction.positive.slope /= 3.0f;
+    model.friction.negative = model.friction.positive;
+    init(&x);
+    run_to_stop(&plant);
+    TEST_ASSERT_DOUBLE_WITHIN(0.15 * L, L, (double)feedforward_learned(&x, 0, 0.4).L_n);
+
+    model.friction = truth;
+    init(&other);
+    other.memory = x.memory;
+    feedforward_enter(&other, feedforward_seen(&x).term, false);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * L, L, (double)feedforward_learned(&other, 0, 0.4).L_n);
+    TEST_ASSERT_TRUE(feedforward_learned(&other, 0, 0.4).travel_n == 0.0f);
+    const double before = plant.u;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, before, tick(&other, &plant, triangle(STOP)));
+    for (int k = STOP + 1; k < STOP + 15000; k++)
+    {
+        (void)tick(&other, &plant, triangle(k));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.15 * L, L, (double)feedforward_learned(&other, 0, 0.4).L_n);
+    TEST_ASSERT_FALSE(feedforward_learned(&other, 0, 0.4).harms);
+    TEST_ASSERT_EQUAL_UINT32(0, feedforward_learned(&other, 0, 0.4).forgotten);
+}
+
 /// A drive whose params change before its first tick begins at rest all the same.
 static void test_a_method_at_rest_takes_no_sum_over(void)
 {
@@ -1415,6 +1447,9 @@ static void test_counters_stop_at_their_end(void)
         (void)tick_alone(0.4, plant.y);
     }
     TEST_ASSERT_TRUE(x.memory.state.late == UINT32_MAX);
+    x.memory.state.forgotten         = UINT32_MAX;
+    x.memory.state.learner.forgotten = 1;
+    TEST_ASSERT_TRUE(feedforward_learned(&x, 0, 0.3).forgotten == UINT32_MAX);
 }
 
 /// What the monitor feeds back does not stand, and so u does not rest.

@@ -86,19 +86,18 @@ typedef struct
     uint32_t warnings;                                   ///< bits for tribo_axis_warning
 } tribo_axis_report_t;
 
-/// Words of a, P, doubt, travel and seal of tribo_feedforward_learner_t.
-#define TRIBO_AXIS_LEARNED_WORDS 23
+/// Words of a, P, doubt, travel, rig and seal of tribo_feedforward_learner_t.
+#define TRIBO_AXIS_LEARNED_WORDS 24
 
 /// The learned values, to keep while power is off. Store the bytes as they are.
 typedef struct
 {
     uint32_t version; ///< TRIBO_AXIS_F32_BLOB_VERSION
-    uint32_t rig;     ///< checksum of the config's breakaway, usual force, gravity and presliding
     uint32_t learned[TRIBO_AXIS_LEARNED_WORDS];
     uint32_t checksum; ///< CRC-32 of the members above
 } tribo_axis_f32_blob_t;
 
-#define TRIBO_AXIS_F32_BLOB_VERSION UINT32_C(0x54413133) ///< changes with the meaning of any bit
+#define TRIBO_AXIS_F32_BLOB_VERSION UINT32_C(0x54413134) ///< changes with the meaning of any bit
 
 /// Returns a PI, v = kp e + ki (integral of e), integrated by the bilinear rule. kp is newtons of u per newton of
 /// error, 1e-6 to 1e5. ki_per_s is in 1/s, 0 to 1e5, and times the sample time at most 2 kp. Tune both for the arm
@@ -160,7 +159,7 @@ void tribo_axis_f32_restore(tribo_axis_f32_t *axis);
 tribo_status_t tribo_axis_f32_prepare(tribo_axis_f32_params_t *next, const tribo_axis_f32_config_t *config);
 
 /// Makes the axis use the prepared params from the next tick on. u does not jump. Learned values stay, but are forgotten
-/// if breakaway, gravity_n or presliding differ, to which they refer. `next` must live until the axis has run a tick
+/// if breakaway, usual force, gravity_n or presliding differ, to which they refer. `next` must live until the axis has run a tick
 /// with other params. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_AXIS_ORDER if `next` was not prepared or is in use, or
 /// the axis not initialised, or TRIBO_ERR_SAMPLE_TIME if `next` is for another sample time.
 tribo_status_t tribo_axis_f32_change(tribo_axis_f32_t *axis, const tribo_axis_f32_params_t *next);
@@ -182,9 +181,7 @@ struct tribo_axis_f32_params
     tribo_feedforward_f32_params_t feedforward;
     tribo_guard_f32_params_t       guard;
     float                          sample_time_s, full_scale_n, usual_force_n;
-    float                          breakaway_n; ///< configured breakaway at the usual force
-    uint32_t                       rig;         ///< checksum of the numbers that the learned values refer to
-    uint8_t                        is_own;      ///< 1: the controller is the caller's
+    uint8_t                        is_own; ///< 1: the controller is the caller's
 };
 
 struct tribo_axis_f32
@@ -196,6 +193,7 @@ struct tribo_axis_f32
     uint32_t                       bad_inputs;
     uint8_t                        is_far_below; ///< latched: the configured breakaway is a third of the rig's or less
     uint8_t                        is_miscalled; ///< latched: a tick was called in the way of another controller
+    uint8_t                        is_half_done; ///< between the halves of a tick
     float                          excess_n;
     tribo_guard_f32_state_t        guard;       ///< before `feedforward`, which so is aligned as its memory
     tribo_feedforward_f32_state_t  feedforward; ///< the last member

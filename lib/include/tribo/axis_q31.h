@@ -14,15 +14,15 @@ extern "C" {
 typedef struct tribo_axis_q31_params tribo_axis_q31_params_t;
 typedef struct tribo_axis_q31        tribo_axis_q31_t;
 
-/// The learned values; tribo_axis_f32_blob_t explains the members. `rig` includes the full scale.
+/// The learned values; tribo_axis_f32_blob_t explains the members.
 typedef struct
 {
-    uint32_t version, rig;
+    uint32_t version;
     uint32_t learned[TRIBO_AXIS_LEARNED_WORDS];
     uint32_t checksum;
 } tribo_axis_q31_blob_t;
 
-#define TRIBO_AXIS_Q31_BLOB_VERSION UINT32_C(0x54413233)
+#define TRIBO_AXIS_Q31_BLOB_VERSION UINT32_C(0x54413234)
 
 /// Initialises an axis. Returns a status of tribo_axis_f32_init, TRIBO_ERR_FULL_SCALE, or TRIBO_ERR_AXIS_BREAKAWAY for a
 /// breakaway too small for the scale. Choose a full scale that holds every force, limit and breakaway, or twice as much.
@@ -78,8 +78,7 @@ struct tribo_axis_q31_params
     tribo_force_loop_q31_params_t  loop;
     tribo_feedforward_q31_params_t feedforward;
     tribo_guard_q31_params_t       guard;
-    float                          sample_time_s, full_scale_n, usual_force_n, breakaway_n;
-    uint32_t                       rig;
+    float                          sample_time_s, full_scale_n, usual_force_n;
     uint8_t                        is_own;
 };
 
@@ -92,6 +91,7 @@ struct tribo_axis_q31
     uint32_t                       bad_inputs;
     uint8_t                        is_far_below; ///< latched: the configured breakaway is a third of the rig's or less
     uint8_t                        is_miscalled; ///< latched: a tick was called in the way of another controller
+    uint8_t                        is_half_done; ///< between the halves of a tick
     int32_t                        excess;
     tribo_guard_q31_state_t        guard;       ///< before `feedforward`, which so is aligned as its memory
     tribo_feedforward_q31_state_t  feedforward; ///< the last member

@@ -99,7 +99,8 @@ static inline float tribo_feedforward_f32_lag_s(const tribo_feedforward_f32_conf
 /// Forgets what was learned; the next good tick is the first one. A start without `keep_learned` does this, too.
 void tribo_feedforward_f32_reset(tribo_feedforward_f32_state_t *state);
 
-/// Learns from the last sample if the tick has posted one, and returns whether it had. Call it after the tick, or in
+/// Learns from the last sample if the tick has posted one, and returns whether it had. Values that were learned with
+/// params of another breakaway, gravity or presliding are forgotten first. Call it after the tick, or in
 /// the background of the same core. From another core call it under a lock, or with your own barriers. A sample costs
 /// about 2,000 floating-point operations, or 48,000 instructions without an FPU.
 bool tribo_feedforward_f32_learn(const tribo_force_loop_f32_params_t *params, tribo_feedforward_f32_memory_t *memory);
@@ -217,14 +218,15 @@ typedef enum
 /// Constants of the learner in N, for both arithmetics.
 typedef struct
 {
-    float breakaway_n;                          ///< B
-    float reversal_n;                           ///< w
-    float per_n[TRIBO_FEEDFORWARD_WEIGHTS];     ///< 2/w and 1/d_j, for the stops that the measured force moves
-    float deviation[TRIBO_FEEDFORWARD_LEARNED]; ///< S, standard deviations of the prior
-    float jump_lag;                             ///< 1.5 T_j divided by the time between samples
-    float forgetting_per_n;                     ///< Q
-    float trust;                                ///< gamma
-    float unit_n;                               ///< newtons in one unit of the tick's forces; 1 in float32
+    float    breakaway_n;                          ///< B
+    float    reversal_n;                           ///< w
+    float    per_n[TRIBO_FEEDFORWARD_WEIGHTS];     ///< 2/w and 1/d_j, for the stops that the measured force moves
+    float    deviation[TRIBO_FEEDFORWARD_LEARNED]; ///< S, standard deviations of the prior
+    float    jump_lag;                             ///< 1.5 T_j divided by the time between samples
+    float    forgetting_per_n;                     ///< Q
+    float    trust;                                ///< gamma
+    float    unit_n;                               ///< newtons in one unit of the tick's forces; 1 in float32
+    uint32_t rig; ///< checksum of the breakaway, load and presliding that learned values refer to
 } tribo_feedforward_learning_t;
 
 /// Constants of a tick, computed by tribo_feedforward_f32_init. Constant from then on; several loops may share them.
@@ -293,6 +295,7 @@ typedef struct
     float    P[15];                        ///< their covariance, the lower triangle by rows
     float    doubt;                        ///< 1 to 0
     float    travel_n;                     ///< travel that was learned from
+    uint32_t rig;                          ///< of the params of the last sample; the values refer to their numbers
     uint32_t seal;                         ///< checksum of the members above
 
     float stop[TRIBO_FEEDFORWARD_WEIGHTS]; ///< X_j/d_j, -1 to 1

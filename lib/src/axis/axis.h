@@ -48,8 +48,6 @@ static tribo_status_t prepare(axis_params_t *params, const tribo_axis_f32_config
         made.sample_time_s  = config->sample_time_s;
         made.full_scale_n   = full_scale_n;
         made.usual_force_n  = loop.usual_force_n;
-        made.breakaway_n    = tribo_axis_config_breakaway(&loop);
-        made.rig            = tribo_axis_config_rig(&loop, config, full_scale_n);
         made.is_own         = config->controller.kind == TRIBO_CONTROLLER_OWN;
         *params             = made;
         params->loop.method = &params->feedforward.method;
@@ -85,9 +83,11 @@ static tribo_status_t start(axis_t *axis, const tribo_axis_f32_config_t *config,
         axis->bad_inputs   = 0;
         axis->is_far_below = 0;
         axis->is_miscalled = 0;
+        axis->is_half_done = 0;
         NAME(guard, reset)(&axis->guard);
         NAME(controller, reset)(&axis->controller);
         NAME(feedforward, reset)(&axis->feedforward);
+        tribo_learner_check(&axis->params.feedforward.learning, &axis->feedforward.learner);
     }
     return status;
 }
@@ -141,6 +141,7 @@ force_t axis_error(axis_t *axis, force_t r, force_t y)
         return 0;
     }
     axis->is_miscalled |= axis->active->is_own == 0u;
+    axis->is_half_done = 1;
     loop_functions_t functions;
     return begin(axis, r, y, &functions);
 }
@@ -151,6 +152,8 @@ force_t axis_command(axis_t *axis, force_t v)
     {
         return 0;
     }
+    axis->is_miscalled |= axis->is_half_done == 0u;
+    axis->is_half_done = 0;
     loop_functions_t functions;
     NAME(feedforward, method)(&functions);
     const force_t u = loop_method_command(&axis->active->loop,
@@ -180,7 +183,7 @@ void axis_report(const axis_t *axis, tribo_axis_report_t *report)
     for (uint32_t direction = TRIBO_BREAKAWAY_POSITIVE; direction <= TRIBO_BREAKAWAY_NEGATIVE; direction++)
     {
         learned = axis_learned(axis, direction);
-        tribo_axis_report_direction(report, direction, &learned, axis->active->breakaway_n);
+        tribo_axis_report_direction(report, direction, &learned, axis->active->feedforward.learning.breakaway_n);
     }
     report->share         = axis_share(axis);
     report->bad_inputs    = axis->bad_inputs;
@@ -226,30 +229,6 @@ static void copy_bytes(void *to, const void *from, size_t size)
     }
 }
 
-/// Replaces what was learned by the words of a blob, or by nothing. b takes over, so that u continues.
-static void relearn(axis_t *axis, const uint32_t *learned)
-{
-    NAME(feedforward, state_t) *const x = &axis->feedforward;
-
-    const bool     was_running = x->mode != TRIBO_FEEDFORWARD_RESTART;
-    const force_t  term        = x->tick.OF(term);
-    const uint32_t late        = x->late;
-    const uint32_t forgotten   = x->forgotten + x->learner.forgotten;
-    NAME(feedforward, reset)(x);
-    if (learned != NULL)
-    {
-        copy_bytes(&x->learner, learned, TRIBO_AXIS_LEARNED_WORDS * sizeof *learned);
-    }
-    x->late      = late;
-    x->forgotten = forgotten;
-    if (was_running)
-    {
-        loop_functions_t functions;
-        NAME(feedforward, method)(&functions);
-        functions.enter(axis_memory(axis), term, true);
-    }
-}
-
 tribo_status_t axis_change(axis_t *axis, const axis_params_t *next)
 {
     if (axis == NULL || next == NULL)
@@ -268,12 +247,11 @@ tribo_status_t axis_change(axis_t *axis, const axis_params_t *next)
     {
         return TRIBO_ERR_FULL_SCALE;
     }
-    if (next->rig != axis->active->rig)
+    if (next->feedforward.learning.rig != axis->active->feedforward.learning.rig)
     {
-        relearn(axis, NULL);
-        axis->is_far_below = 0;
+        axis->is_far_below = 0; // the learner forgets
     }
-    tribo_learner_rescale(&axis->feedforward.learner, axis->active->breakaway_n / next->breakaway_n);
+    tribo_learner_check(&next->feedforward.learning, &axis->feedforward.learner);
     axis->active = next;
     return TRIBO_OK;
 }
@@ -283,16 +261,9 @@ static uint32_t checksum_of(const axis_blob_t *blob)
     return tribo_axis_checksum(blob, offsetof(axis_blob_t, checksum));
 }
 
-/// A blob is for the same breakaway at the usual force as well, because its load is in units of that.
-static uint32_t rig_of_blob(const axis_params_t *params)
-{
-    return params->rig ^ bits_f32(params->breakaway_n);
-}
-
 void axis_export(const axis_t *axis, axis_blob_t *blob)
 {
-    *blob     = (axis_blob_t){.version = BLOB_VERSION};
-    blob->rig = axis->active != NULL ? rig_of_blob(axis->active) : 0u;
+    *blob = (axis_blob_t){.version = BLOB_VERSION};
     copy_bytes(blob->learned, &axis->feedforward.learner, sizeof blob->learned);
     blob->checksum = checksum_of(blob);
 }
@@ -315,10 +286,13 @@ tribo_status_t axis_import(axis_t *axis, const axis_blob_t *blob)
     {
         return TRIBO_ERR_BLOB_CHECKSUM;
     }
-    if (blob->rig != rig_of_blob(axis->active))
+    if (blob->learned[TRIBO_AXIS_LEARNED_WORDS - 2u] != axis->active->feedforward.learning.rig)
     {
         return TRIBO_ERR_BLOB_RIG;
     }
-    relearn(axis, blob->learned);
+    // The tick takes new weights from the next sample on, and b absorbs what they change: u does not jump.
+    copy_bytes(&axis->feedforward.learner, blob->learned, sizeof blob->learned);
+    NAME(feedforward, restore)(&axis->feedforward);
+    axis->is_far_below = 0;
     return TRIBO_OK;
 }

@@ -152,7 +152,8 @@ tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop,
     return set_controller(loop, &config->controller);
 }
 
-float tribo_axis_config_breakaway(const tribo_force_loop_f32_config_t *loop)
+/// Configured breakaway at the usual force, N: the mean of both directions.
+static float breakaway_of(const tribo_force_loop_f32_config_t *loop)
 {
     const tribo_friction_f32_config_t *const friction = &loop->compensator.friction;
 
@@ -168,7 +169,7 @@ tribo_guard_f32_config_t tribo_axis_config_guard(const tribo_force_loop_f32_conf
 {
     const float              lag = tribo_feedforward_f32_lag_s(&config->feedforward, &loop->compensator.arm);
     tribo_guard_f32_config_t guard =
-        tribo_guard_f32_tuned(tribo_axis_config_breakaway(loop), lag, config->noise_n, loop->sample_time_s);
+        tribo_guard_f32_tuned(breakaway_of(loop), lag, config->noise_n, loop->sample_time_s);
     guard.turn_n  = limit_f32(guard.turn_n, least_n, most_n);
     guard.stray_n = limit_f32(guard.stray_n, least_n, most_n);
     return guard;
@@ -194,22 +195,6 @@ uint32_t tribo_axis_checksum(const void *bytes, size_t size)
         }
     }
     return ~crc;
-}
-
-uint32_t tribo_axis_config_rig(const tribo_force_loop_f32_config_t *loop,
-                               const tribo_axis_f32_config_t       *config,
-                               float                                full_scale_n)
-{
-    const tribo_friction_f32_config_t *const friction = &loop->compensator.friction;
-
-    const float numbers[] = {friction->positive.offset_n,
-                             friction->positive.slope,
-                             friction->negative.offset_n,
-                             friction->negative.slope,
-                             friction->gravity_n,
-                             config->feedforward.presliding_n,
-                             full_scale_n};
-    return tribo_axis_checksum(numbers, sizeof numbers);
 }
 
 void tribo_axis_report_direction(tribo_axis_report_t               *report,
@@ -322,7 +307,7 @@ const char *tribo_axis_warning(uint32_t *warnings)
     case WARN_LATE:
         return "late: nothing is learned, because nobody calls tribo_axis_q31_learn";
     case WARN_CALLS:
-        return "calls: tribo_own runs by tribo_axis_..._error and _command, any other controller by "
+        return "calls: tribo_own runs by tribo_axis_..._error and then _command, any other controller by "
                "tribo_axis_..._step";
     default:
         return NULL;

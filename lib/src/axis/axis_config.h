@@ -23,17 +23,8 @@ tribo_guard_f32_config_t tribo_axis_config_guard(const tribo_force_loop_f32_conf
 /// The status of the loop's init, about the field that the axis' config has instead of a derived one.
 tribo_status_t tribo_axis_config_status(tribo_status_t status, const tribo_axis_f32_config_t *config);
 
-/// Configured breakaway at the usual force, N: the mean of both directions.
-float tribo_axis_config_breakaway(const tribo_force_loop_f32_config_t *loop);
-
 /// CRC-32 (IEEE 802.3) of `size` bytes.
 uint32_t tribo_axis_checksum(const void *bytes, size_t size);
-
-/// Checksum of the config numbers that learned values refer to, except the breakaway at the usual force. Learned values
-/// of another rig do not fit.
-uint32_t tribo_axis_config_rig(const tribo_force_loop_f32_config_t *loop,
-                               const tribo_axis_f32_config_t       *config,
-                               float                                full_scale_n);
 
 /// Fills in one direction of a report.
 void tribo_axis_report_direction(tribo_axis_report_t               *report,

@@ -19,11 +19,9 @@ static tribo_status_t axis_make_loop(tribo_force_loop_q31_params_t       *params
 {
     (void)make; // a PI is quantised like sections
     const tribo_force_loop_q31_config_t config = {.loop = *loop, .full_scale_n = full_scale_n};
-    if (loop->usual_force_n > full_scale_n) // the report asks for friction there
-    {
-        return TRIBO_ERR_USUAL_FORCE;
-    }
-    return tribo_force_loop_q31_init_method(params, &config);
+    const tribo_status_t                status = tribo_force_loop_q31_init_method(params, &config);
+    const bool fits = loop->usual_force_n <= full_scale_n; // the report asks for friction there
+    return status == TRIBO_OK && !fits ? TRIBO_ERR_USUAL_FORCE : status;
 }
 
 static tribo_feedforward_learned_t axis_learned(const tribo_axis_q31_t *axis, uint32_t direction)

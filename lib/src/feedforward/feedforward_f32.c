@@ -108,6 +108,21 @@ static void set_reference(tribo_feedforward_f32_params_t       *made,
     made->learning.jump_lag   = JUMP_LAG * jump_s / (SAMPLE * h);
 }
 
+/// Checksum of the numbers that learned values refer to: the configured friction and load at three forces, the usual
+/// one among them, and presliding. FNV-1a, by words.
+static uint32_t rig_of(const tribo_friction_f32_params_t *friction, float usual_force_n, float presliding_n)
+{
+    uint32_t rig = UINT32_C(2166136261) ^ bits_f32(presliding_n);
+    for (uint32_t i = 0; i < 3u; i++)
+    {
+        const prior_t prior = prior_of(friction, (float)i * usual_force_n);
+
+        rig = (rig * 16777619u) ^ bits_f32(prior.L);
+        rig = (rig * 16777619u) ^ bits_f32(prior.load);
+    }
+    return rig;
+}
+
 /// Sets the stops and the constants of the learner. The deviations S say how wrong a configured breakaway and load
 /// usually are.
 static void set_learning(tribo_feedforward_f32_params_t *made, const tribo_feedforward_f32_config_t *config, float B)
@@ -156,7 +171,8 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
                                             .damping_gain = arm->damping / arm->stiffness / sample_time_s};
     set_reference(&made, config, usual.L, lag, sample_time_s);
     set_learning(&made, config, usual.L);
-    *params = made;
+    made.learning.rig = rig_of(friction, usual_force_n, 1.0f / made.stop_gain[1]);
+    *params           = made;
     return TRIBO_OK;
 }
 

@@ -42,7 +42,7 @@ static uint32_t packed_index(uint32_t i, uint32_t j)
 /// Checksum of what is learned. The complement makes zeroed memory fail the check.
 static uint32_t seal_of(const tribo_feedforward_learner_t *x)
 {
-    uint32_t bits = bits_f32(x->doubt) ^ bits_f32(x->travel_n);
+    uint32_t bits = bits_f32(x->doubt) ^ bits_f32(x->travel_n) ^ x->rig;
     for (uint32_t i = 0; i < LEARNED; i++)
     {
         bits ^= bits_f32(x->a[i]);
@@ -69,13 +69,19 @@ void tribo_learner_forget(tribo_feedforward_learner_t *x)
     x->seal     = seal_of(x);
 }
 
-/// Forgets everything learned if its checksum does not fit.
-static void check(tribo_feedforward_learner_t *x)
+void tribo_learner_check(const tribo_feedforward_learning_t *p, tribo_feedforward_learner_t *x)
 {
     if (x->seal != seal_of(x))
     {
         tribo_learner_forget(x);
         count(&x->forgotten);
+    }
+    if (x->rig != p->rig)
+    {
+        tribo_learner_forget(x);
+        tribo_learner_restore(x);
+        x->rig  = p->rig;
+        x->seal = seal_of(x);
     }
 }
 
@@ -92,13 +98,6 @@ static void set_sliding(const tribo_feedforward_learning_t *p, tribo_feedforward
 float tribo_learner_load(const tribo_feedforward_learning_t *p, const tribo_feedforward_learner_t *x, float force_n)
 {
     return p->deviation[WEIGHTS] * x->a[WEIGHTS] + p->deviation[WEIGHTS + 1u] * x->a[WEIGHTS + 1u] * force_n;
-}
-
-void tribo_learner_rescale(tribo_feedforward_learner_t *x, float factor)
-{
-    check(x);
-    x->a[WEIGHTS] *= factor;
-    x->seal = seal_of(x);
 }
 
 /// Starts a run: the arm is at rest, and nothing is known of its friction state.
@@ -334,7 +333,7 @@ void tribo_learner_step(const tribo_feedforward_learning_t *p,
 {
     const float sum = sample->travelled_n + sample->force_n + sample->friction_n + sample->noise_n + sample->effort_n +
                       sample->need_n;
-    check(x);
+    tribo_learner_check(p, x);
     for (uint32_t i = 0; i < sample->turns; i++)
     {
         apply_turn(p, x);
@@ -370,7 +369,7 @@ void tribo_learner_take(const tribo_feedforward_learning_t *p,
 {
     // The bounds keep an odd slide from moving V_0 or c_0 far.
     const float back = limit_f32(p->forgetting_per_n * both_n, 0.0f, 1.0f);
-    check(x);
+    tribo_learner_check(p, x);
     set_sliding(p, x, tribo_learner_sliding(p, x) + gain * bound_f32(sliding - tribo_learner_sliding(p, x), 0.25f));
     const float c = p->deviation[WEIGHTS] * x->a[WEIGHTS];
     x->a[WEIGHTS] =
@@ -407,21 +406,32 @@ static float relative_variance(const tribo_feedforward_learning_t *p,
     return limit_f32(variance / prior, 0.0f, 1.0f);
 }
 
+/// The sum of two counts, which stops at UINT32_MAX.
+static uint32_t both(uint32_t a, uint32_t b)
+{
+    return a < UINT32_MAX - b ? a + b : UINT32_MAX;
+}
+
 tribo_feedforward_learned_t tribo_learner_readout(const tribo_feedforward_learning_t *p,
                                                   const tribo_feedforward_learner_t  *x,
                                                   const learner_place_t              *place)
 {
-    const float V    = tribo_learner_sliding(p, x);
-    const float load = place->sign * (place->load_n + tribo_learner_load(p, x, place->force_n));
+    tribo_feedforward_learner_t known = *x;
+    if (known.rig != p->rig) // the next sample will find that
+    {
+        tribo_learner_forget(&known);
+    }
+    const float V    = tribo_learner_sliding(p, &known);
+    const float load = place->sign * (place->load_n + tribo_learner_load(p, &known, place->force_n));
     const float L    = V * place->L_n + load; // reported as 5 % of friction at least: a load may exceed friction
     return (tribo_feedforward_learned_t){.L_n               = L > 0.05f * V * place->L_n ? L : 0.05f * V * place->L_n,
-                                         .relative_variance = relative_variance(p, x, place),
-                                         .travel_n          = x->travel_n,
+                                         .relative_variance = relative_variance(p, &known, place),
+                                         .travel_n          = known.travel_n,
                                          .at_bound          = is_at_bound(V),
-                                         .stays_at_bound    = x->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS,
-                                         .harms             = x->harms != 0u,
+                                         .stays_at_bound    = known.at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS,
+                                         .harms             = known.harms != 0u,
                                          .late              = place->late,
-                                         .forgotten         = place->forgotten + x->forgotten};
+                                         .forgotten         = both(place->forgotten, known.forgotten)};
 }
 
 float tribo_learner_times_less(const tribo_feedforward_learner_t *x)

@@ -44,9 +44,9 @@ void tribo_learner_take(const tribo_feedforward_learning_t *p,
                         float                               both_n,
                         float                               slid_n);
 
-/// Makes the learned load, which is held in units of the breakaway at the usual force, refer to another one: `factor` is
-/// the old one over the new one.
-void tribo_learner_rescale(tribo_feedforward_learner_t *x, float factor);
+/// Forgets everything learned if its checksum does not fit, which is counted, or if it was learned with params of another
+/// rig. Every step and take does so, too.
+void tribo_learner_check(const tribo_feedforward_learning_t *p, tribo_feedforward_learner_t *x);
 
 /// V_0, breakaway as a multiple of the configured one.
 float tribo_learner_sliding(const tribo_feedforward_learning_t *p, const tribo_feedforward_learner_t *x);
