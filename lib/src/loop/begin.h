@@ -11,7 +11,7 @@ typedef struct
     force_t          friction; ///< f^ of the last tick, faded by the guard
 } loop_begun_t;
 
-/// The error r - y. A bad input is counted, and its error is 0: u coasts on the controller's state.
+/// The error r - y. A bad input is counted, and its error is 0.
 static inline force_t loop_checked_error(const loop_params_t *params,
                                          uint32_t            *bad_inputs,
                                          uint32_t            *saturated,
