@@ -147,7 +147,7 @@ def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *,
     if arith not in ("f32", "q31", "both", None):
         raise ValueError(f"arith={arith!r}: must be f32, q31 or both")
     if not isinstance(decimate, numbers.Integral) or isinstance(decimate, bool) or not 1 <= decimate < 2**63:
-        raise ValueError(f"decimate={decimate!r}: a whole number of 1 or more is expected")
+        raise ValueError(f"decimate={decimate!r}: a whole number from 1 to {2**63 - 1} is expected")
     made = Scenario(scenario)
     for key, value in all_keys(keys, cast(Mapping[str, Value], keywords)).items():
         made.set(key, value)
