@@ -106,10 +106,8 @@ static force_t begin(axis_t *axis, force_t r, force_t y, loop_functions_t *funct
     NAME(feedforward, method)(functions);
     if (axis->ran != axis->active && axis->ran != NULL)
     {
-        uint32_t      saturated = 0; // not counted
-        const force_t now       = good ? loop_error(&saturated, r, y) : 0;
-        const force_t last      = tick->has_e ? tick->OF(e) : now;
-        NAME(controller, change)(&axis->ran->loop.controller, &params->controller, &axis->controller, last, 0);
+        // With the error of the last tick, which is 0 if no tick has been good.
+        NAME(controller, change)(&axis->ran->loop.controller, &params->controller, &axis->controller, tick->OF(e), 0);
         functions->enter(axis_memory(axis), tick->OF(term), false);
     }
     axis->ran       = axis->active;
