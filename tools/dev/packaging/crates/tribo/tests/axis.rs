@@ -198,7 +198,10 @@ fn fixed_point_takes_friction_out_by_what_it_learned() {
     assert_eq!(second.report().breakaway_n, report.breakaway_n);
     let mut single = Axis::new(&CONFIG).unwrap();
     assert!(single.import(&axes[follower].export()).unwrap_err().to_string().contains("version"));
-    let mut other = AxisQ31::new(&CONFIG, 4.0).unwrap();
+    let mut coarser = AxisQ31::new(&CONFIG, 4.0).unwrap(); // what is learned does not depend on the full scale
+    coarser.import(&axes[follower].export()).unwrap();
+    assert!((coarser.report().breakaway_n[0] - report.breakaway_n[0]).abs() < 1e-7 * breakaway, "{:?}", coarser.report());
+    let mut other = AxisQ31::new(&AxisConfig { positive: Breakaway { offset_n: 0.1, slope: 0.0 }, ..CONFIG }, FULL_SCALE_N).unwrap();
     assert!(other.import(&axes[follower].export()).unwrap_err().to_string().contains("rig"));
 }
 
