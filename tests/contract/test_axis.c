@@ -487,17 +487,19 @@ static void test_another_breakaway_load_or_presliding_forgets_what_was_learned(v
         tribo_axis_report_t  before;
         tribo_axis_report_t  after;
 
-        tribo_axis_f32_config_t config = rig(0.7f);
+        tribo_axis_f32_config_t config  = rig(0.7f);
+        config.feedforward.presliding_n = 0.015f;
         TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
-        const double usual         = run_to_a_straight(&plant);
-        axis.feedforward.late      = 3;
-        axis.feedforward.forgotten = 4;
-        axis.is_far_below          = 1;
+        const double usual             = run_to_a_straight(&plant);
+        axis.feedforward.late          = 3;
+        axis.feedforward.forgotten     = 4;
+        axis.feedforward.learner.harms = 1;
+        axis.is_far_below              = 1;
         TRIBO(axis, report)(&axis, &before);
         config.gravity_n                = of == 0 ? 0.01f : 0.0f;
         config.positive.offset_n        = of == 1 ? 0.025f : 0.021f;
         config.usual_force_n            = of == 2 ? 0.2f : 0.0f;
-        config.feedforward.presliding_n = of == 3 ? 0.02f : 0.0f;
+        config.feedforward.presliding_n = of == 3 ? 0.02f : 0.015f;
         TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&next, &config));
         TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, &next));
         TRIBO(axis, report)(&axis, &after);
@@ -505,6 +507,7 @@ static void test_another_breakaway_load_or_presliding_forgets_what_was_learned(v
         TEST_ASSERT_TRUE(before.breakaway_factor == 3.0f && after.breakaway_factor == 1.0f);
         TEST_ASSERT_EQUAL(3, after.late);
         TEST_ASSERT_EQUAL(4, after.forgotten);
+        TEST_ASSERT_EQUAL(0, axis.feedforward.learner.harms);
         (void)run(&axis, &plant, 4 * PERIOD + 500, 4 * PERIOD + 700, &jump);
         ASSERT_BELOW(2.0 * usual + 1e-5, jump);
     }
@@ -658,7 +661,11 @@ static void test_what_is_learned_outlives_a_loss_of_power(void)
     // Into an axis that runs: u goes on. With another controller at once it does, too.
     (void)run(&axis, &plant, 4 * PERIOD + 300, 4 * PERIOD + 500, &jump);
     (void)run(&axis, &plant, 4 * PERIOD + 500, 4 * PERIOD + 600, &usual);
+    axis.feedforward.learner.harms = 1;
+    axis.is_far_below              = 1;
     TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, import)(&axis, &blob));
+    TRIBO(axis, report)(&axis, &after);
+    TEST_ASSERT_EQUAL_UINT32(0, after.warnings);
     (void)run(&axis, &plant, 4 * PERIOD + 600, 4 * PERIOD + 700, &jump);
     ASSERT_BELOW(1.5 * usual + 1e-5, jump);
     static axis_params_t    next;

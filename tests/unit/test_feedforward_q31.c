@@ -182,7 +182,13 @@ static void test_words_round_towards_zero_and_saturate(void)
     TEST_ASSERT_EQUAL_INT32(1, gained(3, 1u << 15));
     TEST_ASSERT_EQUAL_INT32(-1, gained(-3, 1u << 15));
     TEST_ASSERT_EQUAL_INT32(1 - (1 << 30), gained(INT32_MIN, UINT32_MAX));
+    TEST_ASSERT_EQUAL_INT32((1 << 30) - 1, gained(1 << 30, 1u << 16));
     TEST_ASSERT_EQUAL_INT32(-INT32_MAX, times(INT32_MIN, INT32_MAX));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, times(1 << 30, 1 << 30));
+    TEST_ASSERT_EQUAL_INT32((1 << 29) - 1, bounded(1 << 29));
+    TEST_ASSERT_EQUAL_INT32(1 - (1 << 29), bounded(-(1 << 29)));
+    TEST_ASSERT_EQUAL_INT32(2, low_pass(0, 3, 1u << 31)); // half a unit is rounded up
+    TEST_ASSERT_EQUAL_INT32(-2, low_pass(0, -3, 1u << 31));
     TEST_ASSERT_EQUAL_INT32(INT32_MAX - 3, outside(INT32_MAX));
     TEST_ASSERT_EQUAL_INT32(3 - INT32_MAX, outside(INT32_MIN));
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, size_of(INT32_MIN));
