@@ -380,9 +380,8 @@ bool sim_run_was_controlled(const common_scenario_t *scenario, const sim_summary
     return 10u * bad <= 9u * summary->ticks ||
            common_error_set(error,
                             "r or y was a bad input in %" PRIu64 " of %" PRIu64
-                            " ticks, beyond limits.input_max_N (%g N; u %g to %g N): the loop coasted. Are all forces "
-                            "in N, and are the "
-                            "limits your rig's?",
+                            " ticks, beyond limits.input_max_N (%g N; u %g to %g N), where e counts as 0. Are all "
+                            "forces in N, and are the limits your rig's?",
                             bad,
                             summary->ticks,
                             limits->input_max_n,

@@ -50,7 +50,7 @@ bool sim_run(const common_scenario_t *scenario,
              sim_summary_t           *summary,
              common_error_t          *error);
 
-/// Returns false with a reason if more than nine in ten ticks of a run had a bad input: the loop coasted, so the run's
+/// Returns false with a reason if more than nine in ten ticks of a run had a bad input, where e counts as 0: the run's
 /// figures mean nothing.
 bool sim_run_was_controlled(const common_scenario_t *scenario, const sim_summary_t *summary, common_error_t *error);
 

@@ -464,7 +464,7 @@ def test_a_run_whose_inputs_were_nearly_all_bad_ends_with_an_error(sim, arith):
     """A bigger rig under the paper's limits; the files are there to see it."""
     words = ("--arith", arith, "--set", "reference.high_N=25", "--set", "reference.low_N=25",
              "--set", "duration_s=2", "--set", "metrics.start_s=0", "--out", "o")
-    sim.fails("r or y was a bad input in 2000 of 2000 ticks, beyond limits.input_max_N (2 N; u -2 to 2 N): the loop coasted. "
+    sim.fails("r or y was a bad input in 2000 of 2000 ticks, beyond limits.input_max_N (2 N; u -2 to 2 N), where e counts as 0. "
               "Are all forces in N, and are the limits your rig's?", "run", "step", *words)
     assert json.loads((sim.folder / "o" / "summary.json").read_text())["bad_inputs"] == 2000
 

@@ -1143,7 +1143,7 @@ static error_t take(int key, char *value, struct argp_state *state)
     common_error_t error   = {""};
     options_t     *options = state->input;
     uint64_t       whole   = 0;
-    if (!common_options_add(&given, known, key, value, &error))
+    if (key != '?' && !common_options_add(&given, known, key, value, &error)) // help may be asked for twice
     {
         argp_error(state, "%s", error.text);
     }
