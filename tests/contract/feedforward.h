@@ -216,13 +216,16 @@ static inline void feedforward_set_sliding(feedforward_t *x, double V)
 {
     tribo_feedforward_learner_t *const learner = &x->memory.state.learner;
 
-    uint32_t before;
-    uint32_t after;
-    memcpy(&before, learner->a, sizeof before);
-    learner->a[0] = (float)(V - 1.0) / x->params.learning.deviation[0];
-    memcpy(&after, learner->a, sizeof after);
-    learner->seal ^= before ^ after ^ learner->rig ^ x->params.learning.rig;
-    learner->rig = x->params.learning.rig;
+    learner->a[0]        = (float)(V - 1.0) / x->params.learning.deviation[0];
+    learner->breakaway_n = x->params.learning.breakaway_n;
+    learner->rig         = x->params.learning.rig;
+    uint32_t words[offsetof(tribo_feedforward_learner_t, seal) / sizeof(uint32_t)];
+    memcpy(words, learner, sizeof words);
+    learner->seal = UINT32_MAX;
+    for (size_t i = 0; i < sizeof words / sizeof words[0]; i++)
+    {
+        learner->seal ^= words[i];
+    }
 }
 
 static inline void feedforward_set_offset(feedforward_t *x, double b)

@@ -489,6 +489,7 @@ static void test_another_breakaway_load_or_presliding_forgets_what_was_learned(v
 
         tribo_axis_f32_config_t config  = rig(0.7f);
         config.feedforward.presliding_n = 0.015f;
+        config.negative                 = (tribo_breakaway_f32_t){0.021f, 0.25f};
         TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
         const double usual             = run_to_a_straight(&plant);
         axis.feedforward.late          = 3;
@@ -498,8 +499,13 @@ static void test_another_breakaway_load_or_presliding_forgets_what_was_learned(v
         TRIBO(axis, report)(&axis, &before);
         config.gravity_n                = of == 0 ? 0.01f : 0.0f;
         config.positive.offset_n        = of == 1 ? 0.025f : 0.021f;
-        config.usual_force_n            = of == 2 ? 0.2f : 0.0f;
-        config.feedforward.presliding_n = of == 3 ? 0.02f : 0.015f;
+        config.feedforward.presliding_n = of == 2 ? 0.02f : 0.015f;
+        if (of == 3) // the same in both directions together
+        {
+            const float slope     = config.positive.slope;
+            config.positive.slope = config.negative.slope;
+            config.negative.slope = slope;
+        }
         TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&next, &config));
         TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, &next));
         TRIBO(axis, report)(&axis, &after);
@@ -529,6 +535,30 @@ static void test_the_usual_force_is_that_of_the_loop(void)
         TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&params, &config));
         TEST_ASSERT_EQUAL_FLOAT(tribo_force_loop_f32_usual_force_n(&loop), params.usual_force_n);
     }
+}
+
+/// The learned load is held in units of the breakaway at the usual force. Another usual force leaves it as it is.
+static void test_another_usual_force_keeps_the_learned_load(void)
+{
+    double                  jump;
+    plant_t                 plant = {0};
+    static axis_params_t    next;
+    tribo_axis_report_t     before;
+    tribo_axis_report_t     after;
+    tribo_axis_f32_config_t config = rig(1.0f);
+    config.negative                = (tribo_breakaway_f32_t){0.05f, 0.3f}; // a load of 0.01 N, which is not there
+    config.usual_force_n           = 0.3f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
+    (void)run(&axis, &plant, 0, 4 * PERIOD, &jump);
+    TRIBO(axis, report)(&axis, &before);
+    config.usual_force_n = 0.1f;
+    TEST_ASSERT_EQUAL(TRIBO_OK, prepare(&next, &config));
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(axis, change)(&axis, &next));
+    next.usual_force_n = axis.params.usual_force_n; // both reports at the same force
+    TRIBO(axis, report)(&axis, &after);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, before.breakaway_n[0], after.breakaway_n[0]);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, before.breakaway_n[1], after.breakaway_n[1]);
+    TEST_ASSERT_TRUE(fabsf(before.breakaway_n[0] - 0.12f) < 0.01f);
 }
 
 /// The first tick after a time without ticks is like the first one of all, but for what was learned.

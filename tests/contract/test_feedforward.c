@@ -492,7 +492,7 @@ static void test_a_flipped_bit_of_what_is_learned_is_forgotten_and_u_goes_on(voi
     run_to_exchange(&plant);
     feedforward_copy(&sound, &x);
     tribo_feedforward_learner_t *const learner = &x.memory.state.learner;
-    for (uint32_t i = 0; i < 23u; i++)
+    for (uint32_t i = 0; i < 24u; i++)
     {
         for (unsigned bit = 0; bit < 32u; bit += RUNS(3u, 7u))
         {
@@ -501,8 +501,9 @@ static void test_a_flipped_bit_of_what_is_learned_is_forgotten_and_u_goes_on(voi
             float *const number = i < 5u     ? &learner->a[i]
                                   : i < 20u  ? &learner->P[i - 5u]
                                   : i == 20u ? &learner->doubt
-                                             : &learner->travel_n;
-            feedforward_flip_bit(i < 22u ? (void *)number : &learner->rig, bit);
+                                  : i == 21u ? &learner->travel_n
+                                             : &learner->breakaway_n;
+            feedforward_flip_bit(i < 23u ? (void *)number : &learner->rig, bit);
             double last = arm.u;
             for (int n = 0; n < 30; n++)
             {

@@ -35,6 +35,32 @@ void setUp(void)
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
 }
 
+/// Learned values refer to breakaway with all points of its table, gravity and presliding, not to limits or rates.
+static void test_the_rig_is_that_of_the_numbers_which_learned_values_refer_to(void)
+{
+    tribo_breakaway_point_f32_t table[] = {{0.0f, 0.01f, 0.01f}, {5.0f, 0.4f, 0.3f}};
+    const uint32_t              first   = params.learning.rig;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(3.0f, 2.0f * H));
+    TEST_ASSERT_EQUAL_UINT32(first, params.learning.rig);
+    friction.gravity_n = -0.0f;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
+    TEST_ASSERT_EQUAL_UINT32(first, params.learning.rig);
+    friction.table        = table;
+    friction.table_length = 2;
+    TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
+    const uint32_t with_table = params.learning.rig;
+    TEST_ASSERT_TRUE(with_table != first);
+    float *const numbers[] = {&table[1].force_n, &table[1].positive_n, &table[1].negative_n};
+    for (uint32_t i = 0; i < 3u; i++)
+    {
+        const float was = *numbers[i];
+        *numbers[i]     = 2.0f * was;
+        TEST_ASSERT_EQUAL_INT(TRIBO_OK, init(2.0f, H));
+        TEST_ASSERT_TRUE(params.learning.rig != with_table);
+        *numbers[i] = was;
+    }
+}
+
 /// B is 0.157 N here, tau 12.5 ms: the numbers of docs/feedforward.md.
 static void test_the_papers_rig_has_the_numbers_of_the_design(void)
 {

@@ -86,8 +86,8 @@ typedef struct
     uint32_t warnings;                                   ///< bits for tribo_axis_warning
 } tribo_axis_report_t;
 
-/// Words of a, P, doubt, travel, rig and seal of tribo_feedforward_learner_t.
-#define TRIBO_AXIS_LEARNED_WORDS 24
+/// Words of a, P, doubt, travel, breakaway, rig and seal of tribo_feedforward_learner_t.
+#define TRIBO_AXIS_LEARNED_WORDS 25
 
 /// The learned values, to keep while power is off. Store the bytes as they are.
 typedef struct
@@ -159,7 +159,7 @@ void tribo_axis_f32_restore(tribo_axis_f32_t *axis);
 tribo_status_t tribo_axis_f32_prepare(tribo_axis_f32_params_t *next, const tribo_axis_f32_config_t *config);
 
 /// Makes the axis use the prepared params from the next tick on. u does not jump. Learned values stay, but are forgotten
-/// if breakaway, usual force, gravity_n or presliding differ, to which they refer. `next` must live until the axis has run a tick
+/// if breakaway, gravity_n or presliding_n differ, to which they refer. `next` must live until the axis has run a tick
 /// with other params. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_AXIS_ORDER if `next` was not prepared or is in use, or
 /// the axis not initialised, or TRIBO_ERR_SAMPLE_TIME if `next` is for another sample time.
 tribo_status_t tribo_axis_f32_change(tribo_axis_f32_t *axis, const tribo_axis_f32_params_t *next);

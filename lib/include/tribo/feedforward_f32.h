@@ -226,7 +226,7 @@ typedef struct
     float    forgetting_per_n;                     ///< Q
     float    trust;                                ///< gamma
     float    unit_n;                               ///< newtons in one unit of the tick's forces; 1 in float32
-    uint32_t rig; ///< checksum of the breakaway, load and presliding that learned values refer to
+    uint32_t rig; ///< checksum of the breakaway, gravity and presliding that learned values refer to
 } tribo_feedforward_learning_t;
 
 /// Constants of a tick, computed by tribo_feedforward_f32_init. Constant from then on; several loops may share them.
@@ -295,7 +295,8 @@ typedef struct
     float    P[15];                        ///< their covariance, the lower triangle by rows
     float    doubt;                        ///< 1 to 0
     float    travel_n;                     ///< travel that was learned from
-    uint32_t rig;                          ///< of the params of the last sample; the values refer to their numbers
+    float    breakaway_n;                  ///< B of the params of the last sample, to which c_0 refers
+    uint32_t rig;                          ///< of those params; all values refer to its numbers
     uint32_t seal;                         ///< checksum of the members above
 
     float stop[TRIBO_FEEDFORWARD_WEIGHTS]; ///< X_j/d_j, -1 to 1

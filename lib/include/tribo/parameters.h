@@ -134,7 +134,7 @@ extern "C" {
     REFUSAL(AXIS_ORDER, "", "order of calls: the init comes first, and prepare before change, never of the params in use") \
     REFUSAL(BLOB_VERSION, "", "blob version: of another version or arithmetic of tribo") \
     REFUSAL(BLOB_CHECKSUM, "", "blob checksum: not of these bytes") \
-    REFUSAL(BLOB_RIG, "", "blob rig: learned with another config, whose breakaway, load or full scale it refers to") \
+    REFUSAL(BLOB_RIG, "", "blob rig: learned with another config, whose breakaway, gravity_n or presliding_n it refers to") \
     REFUSAL(JOINT_EFFORT, "", "joint effort_max: 1e-6 to 1e6") \
     REFUSAL(JOINT_TRAVEL, "", "joint travel: 1e-9 to 1e6; q31: 1 to 1e4 counts") \
     REFUSAL(JOINT_BREAKAWAY, "", "joint breakaway: 0 to effort_max") \

@@ -108,17 +108,25 @@ static void set_reference(tribo_feedforward_f32_params_t       *made,
     made->learning.jump_lag   = JUMP_LAG * jump_s / (SAMPLE * h);
 }
 
-/// Checksum of the numbers that learned values refer to: the configured friction and load at three forces, the usual
-/// one among them, and presliding. FNV-1a, by words.
-static uint32_t rig_of(const tribo_friction_f32_params_t *friction, float usual_force_n, float presliding_n)
+/// Adds a number to a checksum: FNV-1a by words, with a shift that brings its high bits down. -0 counts as 0.
+static uint32_t mixed(uint32_t sum, float x)
 {
-    uint32_t rig = UINT32_C(2166136261) ^ bits_f32(presliding_n);
-    for (uint32_t i = 0; i < 3u; i++)
-    {
-        const prior_t prior = prior_of(friction, (float)i * usual_force_n);
+    const uint32_t next = (sum ^ bits_f32(x + 0.0f)) * 16777619u;
+    return next ^ next >> 15;
+}
 
-        rig = (rig * 16777619u) ^ bits_f32(prior.L);
-        rig = (rig * 16777619u) ^ bits_f32(prior.load);
+/// Checksum of the numbers that learned values refer to: breakaway, gravity and presliding as configured.
+static uint32_t rig_of(const tribo_friction_f32_params_t *friction, float presliding_n)
+{
+    uint32_t rig = mixed(mixed(UINT32_C(2166136261), friction->gravity_n), presliding_n);
+    for (uint32_t direction = 0; direction < 2u; direction++)
+    {
+        rig = mixed(mixed(rig, friction->law[direction].offset_n), friction->law[direction].slope);
+    }
+    for (uint32_t i = 0; i < friction->table_length; i++)
+    {
+        const tribo_breakaway_point_f32_t *const point = &friction->table[i];
+        rig = mixed(mixed(mixed(rig, point->force_n), point->positive_n), point->negative_n);
     }
     return rig;
 }
@@ -171,7 +179,7 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
                                             .damping_gain = arm->damping / arm->stiffness / sample_time_s};
     set_reference(&made, config, usual.L, lag, sample_time_s);
     set_learning(&made, config, usual.L);
-    made.learning.rig = rig_of(friction, usual_force_n, 1.0f / made.stop_gain[1]);
+    made.learning.rig = rig_of(friction, config->presliding_n);
     *params           = made;
     return TRIBO_OK;
 }

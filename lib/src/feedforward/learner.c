@@ -42,7 +42,7 @@ static uint32_t packed_index(uint32_t i, uint32_t j)
 /// Checksum of what is learned. The complement makes zeroed memory fail the check.
 static uint32_t seal_of(const tribo_feedforward_learner_t *x)
 {
-    uint32_t bits = bits_f32(x->doubt) ^ bits_f32(x->travel_n) ^ x->rig;
+    uint32_t bits = bits_f32(x->doubt) ^ bits_f32(x->travel_n) ^ bits_f32(x->breakaway_n) ^ x->rig;
     for (uint32_t i = 0; i < LEARNED; i++)
     {
         bits ^= bits_f32(x->a[i]);
@@ -80,8 +80,15 @@ void tribo_learner_check(const tribo_feedforward_learning_t *p, tribo_feedforwar
     {
         tribo_learner_forget(x);
         tribo_learner_restore(x);
-        x->rig  = p->rig;
-        x->seal = seal_of(x);
+        x->rig         = p->rig;
+        x->breakaway_n = p->breakaway_n;
+        x->seal        = seal_of(x);
+    }
+    if (x->breakaway_n != p->breakaway_n) // of another usual force: c_0 stays
+    {
+        x->a[WEIGHTS] *= x->breakaway_n / p->breakaway_n;
+        x->breakaway_n = p->breakaway_n;
+        x->seal        = seal_of(x);
     }
 }
 

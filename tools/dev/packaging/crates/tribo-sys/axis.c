@@ -157,7 +157,7 @@ void SYS_AXIS(restore)(movable_axis_t *axis)
     MOVABLE(axis, restore)(movable_axis_here(axis));
 }
 
-_Static_assert(sizeof(MOVABLE(axis, blob_t)) == 104u, "LEARNED_BYTES in src/lib.rs has another size");
+_Static_assert(sizeof(MOVABLE(axis, blob_t)) == 108u, "LEARNED_BYTES in src/lib.rs has another size");
 
 void SYS_AXIS(export)(movable_axis_t *axis, uint8_t *bytes)
 {

@@ -7,7 +7,7 @@
 pub struct ForceLoop(pub [u8; 1024]);
 
 /// Bytes of what an axis has learned.
-pub const LEARNED_BYTES: usize = 104;
+pub const LEARNED_BYTES: usize = 108;
 
 /// Most sections of a controller.
 pub const SECTIONS_MAX: usize = 4;
