@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
-"""Prints the C sources for the linters of tools/check, one per line: those edited since the merge base with origin/main, and of
-each edited header the nearest sources that include it, one for each arithmetic. Prints "all" if this is not known or if the rules
-themselves changed. What an edited header does to all the others that include it is found by the compilers, and by tools/check --all."""
+"""Prints the C sources that tools/check gives to its linters, one per line: the sources edited since the merge base with origin/main, and
+for each edited header the nearest sources that include it, one for each arithmetic. Prints "all" if this is not known or if the linters'
+rules changed. The compilers, and tools/check --all, find what an edited header does to the other sources that include it."""
 
 import collections
 import pathlib
+import posixpath
 import re
 import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 RULES = {".clang-tidy", "CMakeLists.txt", "cmake/lint.cmake", "cmake/warnings.cmake"}
-UNCHECKED = ("examples/", "python/")  # by cmake/lint.cmake, which has no flags for them
+SKIPPED = re.search(r'AND NOT source MATCHES "(\^\(examples/.*)"\)', (ROOT / "cmake/lint.cmake").read_text(encoding="utf-8"))[1]
+UNCHECKED = re.compile(SKIPPED.replace("${no_gpiod}", "lines_v[12]") + "|^tools/dev/")  # sources without a linter's test
 
 
 def git(*arguments):
@@ -24,17 +26,30 @@ def changed():
     return {*git("diff", "--name-only", "--no-renames", base), *git("ls-files", "--others", "--exclude-standard")}
 
 
+def includes(text):
+    yield from re.findall(r'^[ \t]*#[ \t]*include[ \t]*["<]([^">]+)[">]', text, re.MULTILINE)
+    for name in re.findall(r"^#include ([A-Z]+)_HEADER$", text, re.MULTILINE):  # of the tests that are compiled for each arithmetic
+        yield from (f"{name.lower()}_{arithmetic}.h" for arithmetic in ("f32", "q31"))
+
+
 def including():
-    """Returns the files that include a header, by its name without folders; headers of the same name count as one."""
+    """Returns by header the files that include it. An include is a file of the includer's folder, else one in an include directory:
+    in one that other includes leave no doubt about, where several headers have the name."""
+    paths = {path for path in git("ls-files", "--cached", "--others", "--exclude-standard", "*.[ch]") if (ROOT / path).exists()}
+    named = collections.defaultdict(set)
+    for path in paths:
+        named[posixpath.basename(path)].add(path)
+    found = {}
+    for path in paths:
+        for name in includes((ROOT / path).read_text(encoding="utf-8")):
+            beside = posixpath.normpath(posixpath.join(posixpath.dirname(path), name))
+            found[path, name] = {beside} & paths or {header for header in named[posixpath.basename(name)] if f"/{header}".endswith(f"/{name}")}
+    directories = {header.removesuffix(name) for (path, name), headers in found.items() if len(headers) == 1 for header in headers
+                   if posixpath.dirname(header) != posixpath.dirname(path)}
     users = collections.defaultdict(set)
-    for path in git("ls-files", "--cached", "--others", "--exclude-standard", "*.[ch]"):
-        if (ROOT / path).exists():
-            text = (ROOT / path).read_text(encoding="utf-8")
-            for name in re.findall(r'^[ \t]*#[ \t]*include[ \t]*["<]([^">]+)[">]', text, re.MULTILINE):
-                users[pathlib.PurePath(name).name].add(path)
-            for name in re.findall(r"^#include ([A-Z]+)_HEADER$", text, re.MULTILINE):  # of the tests that are compiled for each arithmetic
-                for arithmetic in ("f32", "q31"):
-                    users[f"{name.lower()}_{arithmetic}.h"].add(path)
+    for (path, name), headers in found.items():
+        for header in {header for header in headers if len(headers) == 1 or header.removesuffix(name) in directories} or headers:
+            users[header].add(path)
     return users
 
 
@@ -43,9 +58,9 @@ def nearest(header, users):
     name goes before the others, and of these one for each arithmetic is enough."""
     level, seen, found = {header}, {header}, []
     while level:
-        level = {user for path in level for user in users[pathlib.PurePath(path).name]} - seen
+        level = {user for path in level for user in users[path]} - seen
         seen |= level
-        found += [sorted(path for path in level if path.endswith(".c") and not path.startswith(UNCHECKED))]
+        found += [sorted(path for path in level if path.endswith(".c") and not UNCHECKED.match(path))]
     room = header.partition("/")[0] + "/"
     for among in (room, ""):
         for sources in found:
@@ -63,8 +78,13 @@ def touched(files):
     return sorted(found)
 
 
-try:
-    files = changed()
-except (OSError, IndexError, subprocess.CalledProcessError):
-    sys.exit(print("all"))
-print("all" if files & RULES else "\n".join(touched(files)))
+def main():
+    try:
+        files = changed()
+    except (OSError, IndexError, subprocess.CalledProcessError):
+        sys.exit(print("all"))
+    print("all" if files & RULES else "\n".join(touched(files)))
+
+
+if __name__ == "__main__":
+    main()
