@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -146,6 +147,37 @@ static void test_an_unread_pipe_does_not_delay_the_end(void)
     TEST_ASSERT_EQUAL_UINT64(RECORDER_ROWS, written + dropped);
     TEST_ASSERT_TRUE(dropped > 0);
     (void)close(end);
+}
+
+/// So does a pipe that the program was started with: its writes wait for no reader either.
+static void test_an_unread_pipe_of_a_descriptor_does_not_delay_the_end(void)
+{
+    int ends[2];
+    TEST_ASSERT_EQUAL_INT(0, pipe(ends));
+    (void)snprintf(path, sizeof path, "/dev/fd/%d", ends[1]);
+    start();
+    add_up_to(RECORDER_ROWS);
+    TEST_ASSERT_FALSE(recorder_stop(recorder, &written, &dropped, &error));
+    TEST_ASSERT_EQUAL_STRING("--log: Connection timed out", error.text);
+    TEST_ASSERT_TRUE(dropped > 0);
+    TEST_ASSERT_EQUAL_INT(0, fcntl(ends[1], F_GETFL) & O_NONBLOCK); // whoever else has the pipe is left alone
+    (void)close(ends[0]);
+    (void)close(ends[1]);
+}
+
+static void test_a_socket_takes_the_rows(void)
+{
+    int ends[2];
+    TEST_ASSERT_EQUAL_INT(0, socketpair(AF_UNIX, SOCK_STREAM, 0, ends));
+    (void)snprintf(path, sizeof path, "/proc/self/fd/%d", ends[1]);
+    start();
+    add_up_to(10);
+    TEST_ASSERT_TRUE(recorder_stop(recorder, &written, &dropped, &error));
+    (void)close(ends[1]);
+    FILE *file = fdopen(ends[0], "r");
+    TEST_ASSERT_NOT_NULL(file);
+    TEST_ASSERT_EQUAL_UINT(10, rows_in_order(file, 10));
+    (void)fclose(file);
 }
 
 static void *read_slowly(void *context)

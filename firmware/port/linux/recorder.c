@@ -12,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -172,6 +173,24 @@ recorder_t *recorder_start(const char *path, common_error_t *error)
     return recorder;
 }
 
+/// Returns whether a path of this descriptor would not open what it has: a file would be written from its beginning, where a shell
+/// appends to it; a socket has no path; and what cannot be written would be.
+static bool needs_copy(int descriptor)
+{
+    struct stat status;
+    return fstat(descriptor, &status) != 0 || S_ISREG(status.st_mode) || S_ISSOCK(status.st_mode) ||
+           (fcntl(descriptor, F_GETFL) & O_ACCMODE) == O_RDONLY;
+}
+
+/// Opens the path of --log. A write to a pipe does not wait then, which for a copy others would notice.
+static int open_path(const char *path)
+{
+    const int descriptor = common_output_descriptor(path);
+    return descriptor >= 0 && needs_copy(descriptor)
+               ? fcntl(descriptor, F_DUPFD_CLOEXEC, STDERR_FILENO + 1)
+               : open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
+}
+
 bool recorder_open(recorder_t *recorder, common_error_t *error)
 {
     static const char head[] = "t_s,r_N,F_N,u_N,state,fault,limits,late_us,step_us\n";
@@ -179,13 +198,9 @@ bool recorder_open(recorder_t *recorder, common_error_t *error)
     {
         return true;
     }
-    // A copy, because opening the path of a descriptor would start at the beginning of a file that a shell appends to.
-    const int descriptor = common_output_descriptor(recorder->path);
-    recorder->file       = descriptor >= 0
-                               ? fcntl(descriptor, F_DUPFD_CLOEXEC, STDERR_FILENO + 1)
-                               : open(recorder->path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
-    const int  status    = recorder->file < 0 ? errno : write_whole(recorder, head, sizeof head - 1u);
-    const bool is_pipe   = status == ENXIO; // a pipe is opened without waiting for its reader
+    recorder->file     = open_path(recorder->path);
+    const int  status  = recorder->file < 0 ? errno : write_whole(recorder, head, sizeof head - 1u);
+    const bool is_pipe = status == ENXIO; // a pipe is opened without waiting for its reader
     return status == 0 || common_error_set(error,
                                            "--log %s: %s",
                                            recorder->path,
