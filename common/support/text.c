@@ -3,6 +3,7 @@
 #include "support/c_locale.h"
 
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -25,6 +26,28 @@ char *common_text_format(const char *format, ...)
         va_end(args);
     }
     common_c_locale_end(scope);
+    return text;
+}
+
+char *common_text_quoted(const char *path)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789@%+=:,./-_";
+    static const char quote[] = "'\\''"; // ends the quoted text, a quote of its own, and begins it again
+    const bool        is_bare = path[0] != '\0' && path[strspn(path, plain)] == '\0';
+    char *const       text    = malloc(sizeof "./''" + strlen(path) * (sizeof quote - 1));
+    char             *end     = text;
+    if (text == NULL)
+    {
+        return NULL;
+    }
+    end = stpcpy(end, is_bare ? "" : "'");
+    end = stpcpy(end, path[0] == '-' ? "./" : "");
+    for (; *path != '\0'; path++)
+    {
+        const char letter[] = {*path, '\0'};
+        end                 = stpcpy(end, *path == '\'' ? quote : letter);
+    }
+    (void)stpcpy(end, is_bare ? "" : "'");
     return text;
 }
 

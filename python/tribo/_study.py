@@ -525,4 +525,4 @@ class Study:
         'scenarios/triangle.yaml --set compensator.gain=0.5'
         """
         sets = [word for assignment in self.assignments(row, without) for word in ("--set", assignment)]
-        return shlex.join(["tribo-sim", "run", self.scenario, *(["--arith", "q31"] if self.is_q31 else []), *sets])
+        return shlex.join(["tribo-sim", "run", "./" * self.scenario.startswith("-") + self.scenario, *(["--arith", "q31"] if self.is_q31 else []), *sets])

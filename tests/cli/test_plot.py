@@ -1,6 +1,9 @@
 """A picture that cannot be drawn loses nothing; tests/plot is of those that can."""
 
 import os
+import subprocess
+
+import pytest
 
 
 def without_python(sim):
@@ -23,6 +26,16 @@ def test_without_python_the_run_is_there_and_the_message_says_what_to_install(si
 def test_the_command_that_draws_later_is_one_for_a_shell(sim):
     result = sim("run", "step", "--out", "my run", "--plot", "a.png", env=without_python(sim))
     assert result.stderr == MISSING.format("'my run'")
+
+
+@pytest.mark.parametrize("out", ["it's", "'", "-e", "-it's", "a\\b", "$HOME", "~", "#a", "a=b", "größe", "*"])
+def test_a_shell_hands_the_command_that_draws_later_to_the_same_folder(sim, out):
+    result = sim("run", "step", f"--out={out}", "--plot=-p.png", env=without_python(sim))
+    command = result.stderr.partition("nothing is lost: ")[2].removesuffix(" draws it\n")
+    words = subprocess.run(["sh", "-c", f"printf '%s\\0' {command}"], stdout=subprocess.PIPE, check=True, cwd=sim.folder).stdout.decode().split("\0")
+    assert words == ["tribo-sim", "plot", f"./{out}" if out[0] == "-" else out, "--out", "./-p.png", ""]
+    assert sim(*words[1:-1], env=without_python(sim)).returncode == 1  # not 2: the command line is right, and Python is missing
+    assert (sim.folder / words[2] / "trace.csv").exists()
 
 
 def test_a_run_without_a_folder_is_kept_until_it_is_drawn(sim):

@@ -374,6 +374,15 @@ BAD = {
 }
 
 
+@pytest.mark.parametrize("out", ["-pl", "it's", "my plan"])
+def test_a_shell_hands_the_planned_run_to_tribo_sim(out, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["plan", "--low", "0.1", "--high", "0.6", f"--out={out}"]) == 0
+    words = shlex.split(capsys.readouterr().out.partition("run it without compensation: ")[2].partition(", or")[0])
+    assert words == ["tribo-sim", "run", f"./{out}/plan.yaml" if out[0] == "-" else f"{out}/plan.yaml", "--out", "DIR"]
+    assert (tmp_path / words[2]).exists()
+
+
 @pytest.mark.parametrize("command", [[], ["plan"], ["friction"], ["actuator"], ["accept"]])
 def test_every_command_says_what_it_does(command, capsys):
     with pytest.raises(SystemExit) as ended:

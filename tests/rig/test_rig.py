@@ -4,6 +4,8 @@ import gzip
 import json
 import os
 import re
+import shlex
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -263,6 +265,20 @@ def test_a_folder_that_is_none_is_refused(tmp_path, capsys, monkeypatch):
     for words in ([""], ["file"], ["file", "--joint"]):
         assert cli.main(words) == 2 and f"FOLDER: value {words[0]!r}: must be a folder" in capsys.readouterr().err
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("file", "mine")]
+
+
+@pytest.mark.parametrize("folder", ["-r", "it's", "my rig"])
+def test_a_shell_hands_the_next_command_to_the_same_folder(folder, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for file, words, text in (("rig.yaml", (), RIG), ("joint.yaml", ("--joint",), "sample_time_s: 0.001\neffort_max: 10\n")):
+        assert cli.main([*words, "--", folder]) == 0
+        for _ in range(2):
+            said = capsys.readouterr().out
+            command = shlex.split(re.search(r"[Tt]hen run: (tribo-rig .*)", said)[1])
+            assert command == ["tribo-rig", f"./{folder}" if folder[0] == "-" else folder]
+            (tmp_path / folder / file).write_text(text)
+            assert cli.main(command[1:]) == 0
+        shutil.rmtree(tmp_path / folder)
 
 
 def ramp_of(truth):

@@ -28,17 +28,13 @@ char *sim_picture_folder(common_error_t *error)
     return folder;
 }
 
-/// Returns the quote that a name needs in a shell.
-static const char *quote_of(const char *name)
-{
-    return strpbrk(name, " \t!\"#$&()*;<>?[\\]^`{|}~") != NULL ? "'" : "";
-}
-
 bool sim_picture_of(const char *path, const char *name, const char *out, bool is_whole, common_error_t *error)
 {
     // In one word with its option, because tribo-plot would take a name that begins with - for an option.
     char       *out_word  = common_text_format("--out=%s", out);
     char       *name_word = common_text_format("--name=%s", name != NULL ? name : "");
+    char       *shell_in  = common_text_quoted(path);
+    char       *shell_out = common_text_quoted(out);
     const char *words[7]  = {"tribo-plot", out_word};
     size_t      count     = 2;
     if (name != NULL)
@@ -52,18 +48,15 @@ bool sim_picture_of(const char *path, const char *name, const char *out, bool is
     words[count++] = "--";
     words[count]   = path;
     const bool ok =
-        out_word != NULL && name_word != NULL
+        out_word != NULL && name_word != NULL && shell_in != NULL && shell_out != NULL
             ? sim_tool_run(words) == SIM_EXIT_OK ||
-                  common_error_set(
-                      error,
-                      "there is no picture, but nothing is lost: tribo-sim plot %s%s%s --out %s%s%s draws it",
-                      quote_of(path),
-                      path,
-                      quote_of(path),
-                      quote_of(out),
-                      out,
-                      quote_of(out))
+                  common_error_set(error,
+                                   "there is no picture, but nothing is lost: tribo-sim plot %s --out %s draws it",
+                                   shell_in,
+                                   shell_out)
             : common_error_set(error, "out of memory");
+    free(shell_in);
+    free(shell_out);
     free(out_word);
     free(name_word);
     return ok;

@@ -1,10 +1,11 @@
 """The command line of every tool in Python. Only the standard library."""
 
 import argparse
+import shlex
 
 
 class Parser(argparse.ArgumentParser):
-    """Takes an option once, and one of NAME=VALUE once for each NAME, as the programs in C do (common/support/options.h)."""
+    """Takes an option once, and one of NAME=VALUE once for each NAME, as the programs in C do (common/support/options.c)."""
 
     def parse_known_args(self, args=None, namespace=None):
         self._given = {}
@@ -24,3 +25,8 @@ class Parser(argparse.ArgumentParser):
         if before is not None:
             raise argparse.ArgumentError(None, f"{before} and {words}: only one is expected" if values else f"{words} is given twice")
         self._given[what] = words
+
+
+def quoted(path):
+    """Returns a path as a shell takes it, in quotes if it needs them, with ./ ahead of a hyphen, which would begin an option."""
+    return shlex.quote("./" * str(path).startswith("-") + str(path))

@@ -3,10 +3,10 @@
 import csv
 import json
 import math
-import shlex
 from array import array
 from pathlib import Path
 
+from .command_line import quoted
 from .look import SIGNALS
 
 MORE = ("t_s", "segment", "plant_n_N", "relative_variance_positive", "relative_variance_negative")
@@ -147,7 +147,7 @@ def read_rows(path, file):
         raise PlotError(f"{path}:{rows.line_num}: column {twice} appears twice")
     if "t_s" not in names or len(wanted) < 2:
         raise PlotError(
-            f"{path}: a header with t_s and signals of tribo is expected; `tribo-sim log {shlex.quote(str(path))} --column t=NAME ... "
+            f"{path}: a header with t_s and signals of tribo is expected; `tribo-sim log {quoted(path)} --column t=NAME ... "
             "--out clean.csv` makes one of a foreign log"
         )
     columns, last = {name: values for _, name, values in wanted}, -math.inf

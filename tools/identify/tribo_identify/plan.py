@@ -8,12 +8,12 @@ after a fall to the other end of stiction.
 --low and --high bound u, and so they bound F: friction only makes F lag behind u. The levels lie in the range that F reaches with such a u.
 """
 
-import shlex
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tribo_design.errors import InputError
+from tribo_plot.command_line import quoted
 
 POLE = 10.0  # rad/s, of the controller
 STEP_S = 0.01  # between rows of the reference
@@ -192,5 +192,5 @@ def command(options):
     bottom, top = plan.range()
     print(f"{plan.levels} loads; F goes from {bottom:.3g} to {top:.3g} N with the guessed friction, u from {plan.low:g} to {plan.high:g} N, in both directions at {', '.join(f'{plan.rate / r:.3g}' for r in RATES)} N/s, {plan.repeats} times"
           + (f"; ramps inside stiction at {', '.join(f'{plan.rate / s:.3g}' for s in SLOW)} N/s" if plan.hysteresis else "; k_min, k_max, m and v0 need --hysteresis"))
-    print(f"{rows[-1, 0]:.0f} s; run it without compensation: tribo-sim run {shlex.quote(f'{options.out}/plan.yaml')} --out DIR, or on the drive plan.csv as the reference with the controller of plan.yaml")
+    print(f"{rows[-1, 0]:.0f} s; run it without compensation: tribo-sim run {quoted(f'{options.out}/plan.yaml')} --out DIR, or on the drive plan.csv as the reference with the controller of plan.yaml")
     return 0

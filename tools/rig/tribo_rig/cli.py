@@ -17,12 +17,11 @@ A joint without a force sensor has its own folder, made by --joint:
 import argparse
 import hashlib
 import re
-import shlex
 from pathlib import Path
 
 from tribo_design.errors import DesignError, InputError, run_command
 from tribo_plot import output
-from tribo_plot.command_line import Parser
+from tribo_plot.command_line import Parser, quoted
 from tribo_plot.version import add_option
 
 NAMES = ("report.html", "loop.yaml", "*_params.h", "registers.txt", "verdict.json")
@@ -92,7 +91,7 @@ def _begin(path, template, what):
         raise
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-    return _say(f"Wrote {path}: fill in {what}.", f"Then run: tribo-rig {shlex.quote(str(path.parent))}")
+    return _say(f"Wrote {path}: fill in {what}.", f"Then run: tribo-rig {quoted(path.parent)}")
 
 
 def _say(*lines):
@@ -135,6 +134,6 @@ def _log(folder, made, rig, what):
     if not is_there(path):
         output.write(played, made.csv(rig.command_per_N))
         _say(f"Play {played} as the command, one row every {rig.sample_time_s:g} s for {made.time[-1]:.0f} s: {min(made.u):.3g} to {max(made.u):.3g} N. {what}",
-             f"Save the log (time, command, force; one row per tick) as {path}, then run: tribo-rig {shlex.quote(str(folder))}")
+             f"Save the log (time, command, force; one row per tick) as {path}, then run: tribo-rig {quoted(folder)}")
         return None
     return experiments.aligned(logs.read([path], rig.words()), made, path)

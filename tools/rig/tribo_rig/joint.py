@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import shlex
 from pathlib import Path
 from typing import Annotated, Literal, Optional
 
@@ -13,6 +12,7 @@ from tribo_design.config import Filled, Number, Positive, Strict, load_yaml, val
 from tribo_design.errors import InputError
 from tribo_design.output import check_replaceable, write_directory, yaml_text
 from tribo_design.reading import read_text
+from tribo_plot.command_line import quoted
 
 TEMPLATE = Path(__file__).with_name("joint.yaml")
 NAMES = ("config.yaml", "*_joint.h", "main.c", "Makefile", "verdict.json", "report.html")
@@ -59,7 +59,7 @@ def go_on(folder, say):
     joint = load(folder / "joint.yaml")
     paths = sorted(folder.glob("*-log.csv"))
     if not paths:
-        return say(PLAY, f"Save the logs as {folder / 'sine-log.csv'} and {folder / 'steps-log.csv'} (every *-log.csv is read), then run: tribo-rig {shlex.quote(str(folder))}")
+        return say(PLAY, f"Save the logs as {folder / 'sine-log.csv'} and {folder / 'steps-log.csv'} (every *-log.csv is read), then run: tribo-rig {quoted(folder)}")
     check_replaceable(folder / "result", NAMES)
     from . import slip
 
