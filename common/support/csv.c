@@ -464,29 +464,47 @@ static bool read_rows(common_csv_t *csv, reader_t *reader)
     return csv->rows > 0 || complain(reader, 1, "no rows after the header");
 }
 
-/// Returns true if none of the columns has a number in this line: it is a line of units then, or of words at the end.
-static bool is_words(const reader_t *reader, const char *line)
+/// What the columns have in a line.
+typedef enum
 {
+    LINE_OF_NUMBERS, ///< at least one
+    LINE_OF_NANS,    ///< no number, but nan or inf: a row that has none, not units
+    LINE_OF_WORDS    ///< units then, or words at the end
+} line_t;
+
+/// Returns whether a program has written this for a number that it did not have: nan, -inf and their like.
+static bool is_nan(const reader_t *reader, const common_csv_field_t *field)
+{
+    char  text[NUMBER_MAX];
+    char *end;
+    copy_number(reader, field, text);
+    return !isfinite(strtod(text, &end)) && end > text && *end == '\0';
+}
+
+static line_t kind_of(const reader_t *reader, const char *line)
+{
+    line_t             kind  = LINE_OF_WORDS;
     common_csv_field_t field = {.is_last = false};
     for (size_t number = 1; !field.is_last; number++)
     {
         if (common_csv_take_field(&line, reader->separator, &field) != NULL)
         {
-            return false; // a quote is broken
+            return LINE_OF_NUMBERS; // a quote is broken
         }
         for (size_t i = 0; i < reader->count; i++)
         {
             if (reader->place[i] == number && common_csv_field_is_number(&field))
             {
-                return false;
+                return LINE_OF_NUMBERS;
             }
+            kind = reader->place[i] == number && is_nan(reader, &field) ? LINE_OF_NANS : kind;
         }
     }
-    return true;
+    return kind;
 }
 
-/// Refuses a log with too many broken rows; otherwise keeps the message about the first. `words` is about a row of a log that has
-/// words alone.
+/// Refuses a log with too many broken rows; otherwise keeps the message about the first. `words` is the message about
+/// a row of words, for a log that has no other rows.
 static bool end_log(common_csv_t *csv, const reader_t *reader, const common_error_t *first, const common_error_t *words)
 {
     const size_t rows = csv->rows + csv->left_out;
@@ -537,11 +555,15 @@ static bool read_log_rows(common_csv_t *csv, reader_t *reader)
             words = 0;
             continue;
         }
-        const bool is_text = is_words(reader, reader->line_start);
-        if (is_text && csv->rows == 0)
+        const line_t kind    = kind_of(reader, reader->line_start);
+        const bool   is_text = kind != LINE_OF_NUMBERS;
+        if (kind == LINE_OF_WORDS && csv->rows == 0)
         {
             take_units(csv, reader, reader->line_start);
-            (void)(above++ > 0 && common_error_set(&word, "%s", one.text)); // the first may be a line of units
+        }
+        if (is_text && csv->rows == 0 && (above++ > 0 || kind == LINE_OF_NANS)) // the first may be a line of units
+        {
+            (void)common_error_set(&word, "%s", one.text);
         }
         words += is_text && csv->rows > 0 ? 1u : 0u;
         csv->left_out += is_text ? 0u : 1u;

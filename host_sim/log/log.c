@@ -12,6 +12,7 @@
 #define JITTER    0.01       ///< largest deviation of an even interval, as a fraction
 #define GAP       1.5        ///< a step of more intervals is a gap
 #define GAP_MAX   10.0       ///< intervals bridged by default
+#define STRAY_MAX 3u         ///< rows in succession with a stray stamp; with more the clock has begun anew
 #define ROWS_MAX  50000000.0 ///< of a resampled log
 #define BETWEEN_S 1.0        ///< time inserted between files with overlapping stamps
 #define WHY_SIZE  200u       ///< of an option that requires a column, as a message shows it
@@ -336,6 +337,74 @@ static order_t order_of(const double *t, size_t rows)
     return order;
 }
 
+/// Returns how many rows around row `at`, whose stamp goes back, are stray: without them the stamps go on. The first of them is
+/// `*first`. Returns 0 if there are more than STRAY_MAX.
+static size_t find_stray(const double *t, size_t rows, size_t at, size_t *first)
+{
+    for (size_t count = 1; count <= STRAY_MAX; count++)
+    {
+        for (int may_be_outer = 0; may_be_outer < 2; may_be_outer++)
+        {
+            for (size_t before = count + 1; before-- > 0;)
+            {
+                const size_t begin = at - before, end = begin + count; // wraps if there are not so many
+                const bool   is_outer = begin == 0 || end == rows;
+                *first                = begin;
+                if (begin <= at && end <= rows && (is_outer ? may_be_outer == 1 : t[end] > t[begin - 1]))
+                {
+                    return count;
+                }
+            }
+        }
+    }
+    return 0;
+}
+
+/// Refuses the stamp of row `at`, which goes far back.
+static bool complain_of_jump(const common_csv_t *csv,
+                             const double       *t,
+                             size_t              rows,
+                             size_t              at,
+                             const char         *name,
+                             common_error_t     *error)
+{
+    size_t       first = at;
+    const size_t count = find_stray(t, rows, at, &first);
+    if (count == 0)
+    {
+        return common_csv_complain(csv,
+                                   at,
+                                   error,
+                                   "%s: goes back by %.6g s, to %.6g s: the clock begins anew here; split the log "
+                                   "here and pass both files as one experiment",
+                                   name,
+                                   t[at - 1] - t[at],
+                                   t[at]);
+    }
+    const bool  is_outer = first == 0 || first + count == rows;
+    const char *where    = first == 0 ? "after" : is_outer ? "before" : "before and after";
+    const char *then     = is_outer ? "" : "; --resample then bridges the gap";
+    return count == 1 ? common_csv_complain(csv,
+                                            first,
+                                            error,
+                                            "%s: %.6g s is far from the stamps %s it: remove this row%s",
+                                            name,
+                                            t[first],
+                                            where,
+                                            then)
+                      : common_csv_complain(
+                            csv,
+                            first,
+                            error,
+                            "%s: %zu stamps from %.6g s on are far from those %s them: remove these %zu rows%s",
+                            name,
+                            count,
+                            t[first],
+                            where,
+                            count,
+                            then);
+}
+
 /// Refuses stamps that begin anew or run backwards; without --resample also those that --resample repairs.
 static bool check_order(sim_log_report_t   *report,
                         sim_log_t          *file,
@@ -359,29 +428,9 @@ static bool check_order(sim_log_report_t   *report,
     }
     for (size_t i = k; i < file->rows; i++)
     {
-        const bool is_after  = i > 1 && t[i] > t[i - 2]; // then row i - 1 is the stray one
-        const bool is_before = i + 1 < file->rows && t[i + 1] > t[i - 1];
-        if (t[i - 1] - t[i] > far && (is_after || is_before))
-        {
-            return common_csv_complain(csv,
-                                       i - is_after,
-                                       error,
-                                       "%s: %.6g s is far from the stamps before and after it: remove this row (and "
-                                       "--resample bridges it)",
-                                       name,
-                                       t[i - is_after]);
-        }
         if (t[i - 1] - t[i] > far)
         {
-            return common_csv_complain(csv,
-                                       i,
-                                       error,
-                                       "%s: goes back by %.6g s, to %.6g s: the clock begins anew here; split the log "
-                                       "here and pass both files "
-                                       "as one experiment",
-                                       name,
-                                       t[i - 1] - t[i],
-                                       t[i]);
+            return complain_of_jump(csv, t, file->rows, i, name, error);
         }
     }
     if (!resample)

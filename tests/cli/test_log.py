@@ -3,6 +3,7 @@
 import math
 import os
 import random
+import re
 
 import pytest
 
@@ -222,6 +223,12 @@ def test_wide_characters_are_named(sim, coding):
     sim.fails(f"log.csv: is {'UTF-32' if coding == 'utf-32' else 'UTF-16'} text; save it as UTF-8", "log", "log.csv")
 
 
+
+def with_stray(stamps):
+    """A log of 2000 rows at 1 kHz, some with other stamps."""
+    return "t_s,u_N\n" + "".join(f"{stamps.get(k, k / 1000)},0\n" for k in range(2000))
+
+
 REFUSED = {
     "torque without a scale": (GOOD, ["--unit", "u=N m"], "--unit u=...: is not a force: give --scale u=NUMBER, the N for one of this unit"
                                " (1/lever for a torque in N m)"),
@@ -244,10 +251,24 @@ REFUSED = {
     "falling stamps": ("t_s,u_N\n0.003,0\n0.002,0\n0.001,0\n0,0\n", ["--resample"], "log.csv:3:1: t_s: falls from row to row: the log runs backwards"),
     "stamps that begin anew": ("t_s,u_N\n" + "".join(f"{k % 50 / 1000},0\n" for k in range(100)), ["--resample"],
                                "log.csv:52:1: t_s: goes back by 0.049 s, to 0 s: the clock begins anew here; split the log here and pass both files as one experiment"),
-    "nan in every row": ("t_s,u_N\n" + "nan,nan\n" * 30, [], "log.csv:3:1: t_s: 'nan' is not a finite number, and no row has numbers"),
+    "nan in every row": ("t_s,u_N\n" + "nan,nan\n" * 30, [], "log.csv:2:1: t_s: 'nan' is not a finite number, and no row has numbers"),
+    "nan in the only row": ("t_s,u_N\nnan,nan\n", [], "log.csv:2:1: t_s: 'nan' is not a finite number, and no row has numbers"),
+    "infinity in the only row": ("t_s,u_N\n-Inf,-Inf\n", [], "log.csv:2:1: t_s: '-Inf' is not a finite number, and no row has numbers"),
+    "nan below units": ("t_s,u_N\ns,N\nnan,inf\n", [], "log.csv:3:1: t_s: 'nan' is not a finite number, and no row has numbers"),
     "units and no rows": ("t_s,u_N\ns,N\n", [], "log.csv:3:1: no rows after the header"),
-    "a stray stamp ahead": ("t_s,u_N\n" + "".join(f"{1e30 if k == 50 else k / 1000},0\n" for k in range(100)), [], "log.csv:52:1: t_s: 1e+30 s is far from the stamps before and after it: remove this row (and --resample bridges it)"),
-    "a stray stamp back": ("t_s,u_N\n" + "".join(f"{0 if k == 50 else k / 1000},0\n" for k in range(100)), ["--resample"], "log.csv:52:1: t_s: 0 s is far from the stamps before and after it: remove this row (and --resample bridges it)"),
+    "a stray stamp ahead": ("t_s,u_N\n" + "".join(f"{1e30 if k == 50 else k / 1000},0\n" for k in range(100)), [], "log.csv:52:1: t_s: 1e+30 s is far from the stamps before and after it: remove this row; --resample then bridges the gap"),
+    "a stray stamp back": ("t_s,u_N\n" + "".join(f"{0 if k == 50 else k / 1000},0\n" for k in range(100)), ["--resample"], "log.csv:52:1: t_s: 0 s is far from the stamps before and after it: remove this row; --resample then bridges the gap"),
+    "a stray stamp at the start": (with_stray({0: 77}), [], "log.csv:2:1: t_s: 77 s is far from the stamps after it: remove this row"),
+    "a stray stamp back in the second row": (with_stray({1: -5}), [], "log.csv:3:1: t_s: -5 s is far from the stamps before and after it: remove this row; --resample then bridges the gap"),
+    "a stray stamp at the end": (with_stray({1999: -3}), ["--resample"], "log.csv:2001:1: t_s: -3 s is far from the stamps before it: remove this row"),
+    "a stray stamp ahead in the row before the last": (with_stray({1998: 77}), [], "log.csv:2000:1: t_s: 77 s is far from the stamps before and after it: remove this row; --resample then bridges the gap"),
+    "two stray stamps ahead": (with_stray({50: 77, 51: 78}), [], "log.csv:52:1: t_s: 2 stamps from 77 s on are far from those before and after them: remove these 2 rows; --resample then bridges the gap"),
+    "two stray stamps back": (with_stray({50: -3, 51: -2}), ["--resample"], "log.csv:52:1: t_s: 2 stamps from -3 s on are far from those before and after them: remove these 2 rows; --resample then bridges the gap"),
+    "a stray stamp ahead and one back": (with_stray({50: 77, 51: -3}), [], "log.csv:52:1: t_s: 2 stamps from 77 s on are far from those before and after them: remove these 2 rows; --resample then bridges the gap"),
+    "two stray stamps at the start": (with_stray({0: 77, 1: 78}), [], "log.csv:2:1: t_s: 2 stamps from 77 s on are far from those after them: remove these 2 rows"),
+    "three stray stamps at the end": (with_stray({1997: -3, 1998: -2, 1999: -1}), [], "log.csv:1999:1: t_s: 3 stamps from -3 s on are far from those before them: remove these 3 rows"),
+    "a clock that begins anew near the end": (with_stray({1996: 0, 1997: 0.001, 1998: 0.002, 1999: 0.003}), [], "log.csv:1998:1: t_s: goes back by 1.995 s, to 0 s: the clock begins anew here; split the log here and pass both files as one experiment"),
+    "a clock that begins anew near the start": (with_stray({k: 77 + k / 1000 for k in range(4)}), [], "log.csv:6:1: t_s: goes back by 76.999 s, to 0.004 s: the clock begins anew here; split the log here and pass both files as one experiment"),
     "rows without end": ("t_s,u_N\n0,0\n1,0\n2,0\n", ["--resample=1e-9"], "log.csv: 2 s at --resample=1e-09 are 2e+09 rows, and a log may have 50000000: --resample=8e-08 makes fewer"),
     "stamps twice": ("t_s,u_N\n0,0\n0,0\n0.001,0\n0.002,0\n", [], "log.csv:3:1: t_s: 0 does not come after 0; 1 stamps appear twice, 0 go back (--resample repairs this)"),
     "behind comments": ("# a\n# b\nt_s,u_N\n0,0\n0.001,x\n", [], "log.csv:5:7: u_N: 'x' is not a number"),
@@ -266,6 +287,16 @@ def test_what_cannot_be_read_is_refused(sim, case):
     sim.write("log.csv", content)
     sim.fails(message, "log", "log.csv", *options, "--out", "out.csv")
     assert not (sim.folder / "out.csv").exists()
+
+
+@pytest.mark.parametrize("case", [case for case, (_, _, message) in REFUSED.items() if ": remove th" in message])
+def test_the_advice_to_remove_rows_leads_to_a_log_that_is_read(sim, case):
+    content, _, message = REFUSED[case]
+    lines, (line, count) = content.splitlines(), re.search(r"log.csv:(\d+):.*remove (?:this row|these (\d) rows)", message).groups()
+    del lines[int(line) - 1:int(line) - 1 + int(count or 1)]
+    sim.write("log.csv", "\n".join(lines) + "\n")
+    result = sim("log", "log.csv", *(["--resample"] if "--resample" in message else []), "--out", "out.csv")
+    assert result.returncode == 0, result.stderr
 
 
 def test_a_wrong_unit_lists_the_known_units(sim):
