@@ -59,6 +59,7 @@ MISTAKES = {
     ("run", "a", "--out", "b", "--ou=b"): "run: --out b and --out b: only one is expected",
     ("run", "a", "--json", "--json"): "run: --json is given twice",
     ("run", "a", "--set", "duration_s=1", "--set", "duration_s=2"): "run: --set duration_s=1 and --set duration_s=2: only one is expected",
+    ("run", "a", "--set", "description=a", "--set", "description=b={c"): "run: --set description=a and --set description=b={c: only one is expected",
     ("run", "a", "--set", "arithmetic=f32", "--arith", "q31"): "--arith and --set arithmetic: only one is expected",
     ("params", "a", "--arith", "q31", "--set", "arithmetic=f32"): "--arith and --set arithmetic: only one is expected",
     ("params", "a", "--name", "b", "--name", "c"): "params: --name b and --name c: only one is expected",
@@ -84,6 +85,8 @@ def test_options_for_different_names_are_all_taken(sim):
     text = sim.ok("log", "a.csv", "--column", "t=time", "--column", "u=cmd", "--column", "F=torque", "--unit", "u=mN", "--unit", "F=mN")
     assert text.startswith("t_s,u_N,F_N,segment\n0,0.001,0.002,0\n")
     sim.ok("run", "step", "--set", "duration_s=3", "--set", "compensator.friction.k_max=21", "--set", "compensator.friction.k_min=7")
+    for blanks in ("", " ", " \t "):
+        sim.ok("run", "step", "--set", "duration_s=3", "--set", f"plant.friction={blanks}{{k_min: 5}}", "--set", f"plant.friction={blanks}{{k_max: 20}}")
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("-h",), ("fly", "--help")])

@@ -1136,14 +1136,12 @@ static int take_baud(struct argp_state *state, const char *text)
     return 0;
 }
 
-static common_options_t given;
-
 static error_t take(int key, char *value, struct argp_state *state)
 {
     common_error_t error   = {""};
     options_t     *options = state->input;
     uint64_t       whole   = 0;
-    if (key != '?' && !common_options_add(&given, known, key, value, &error)) // help may be asked for twice
+    if (key != '?' && !common_options_add(known, key, value, &error)) // help may be asked for twice
     {
         argp_error(state, "%s", error.text);
     }
@@ -1305,12 +1303,12 @@ static int show_help(const char *command)
 
 static bool is_given(int key)
 {
-    bool found = false;
-    for (size_t i = 0; i < given.count; i++)
+    size_t i = 0;
+    while (common_options_at(i) != NULL && common_options_at(i)->key != key)
     {
-        found = found || given.given[i].option->key == key;
+        i++;
     }
-    return found;
+    return common_options_at(i) != NULL;
 }
 
 /// Refuses a trace's options that its trigger ignores.
@@ -1354,9 +1352,9 @@ static bool check_words(const options_t *options)
 /// Refuses options that the command would ignore.
 static bool check_given(const options_t *options)
 {
-    for (size_t i = 0; i < given.count; i++)
+    for (size_t i = 0; common_options_at(i) != NULL; i++)
     {
-        const struct argp_option *option = given.given[i].option;
+        const struct argp_option *option = common_options_at(i);
         if (!is_of(option, options->words[0]))
         {
             return link_complain("%s has no option --%s (tribo-link %s --help)",

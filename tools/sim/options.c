@@ -38,10 +38,9 @@ static int complain_about(const sim_command_t *command, const char *word)
 
 static error_t take(int key, char *value, struct argp_state *state)
 {
-    static common_options_t given;
-    common_error_t          error   = {""};
-    parse_t                *parse   = state->input;
-    const sim_command_t    *command = parse->command;
+    common_error_t       error   = {""};
+    parse_t             *parse   = state->input;
+    const sim_command_t *command = parse->command;
     if (key == ARGP_KEY_ARG)
     {
         parse->argument = value;
@@ -51,7 +50,7 @@ static error_t take(int key, char *value, struct argp_state *state)
     }
     if (key >= SIM_OPTION_FIRST && key <= OPTION_LAST)
     {
-        parse->status = common_options_add(&given, command->options, key, value, &error)
+        parse->status = common_options_add(command->options, key, value, &error)
                             ? command->take(parse->context, key, value)
                             : sim_usage("%s: %s", command->name, error.text);
         return parse->status == 0 ? 0 : EINVAL;

@@ -159,10 +159,9 @@ static int finish(int status)
 
 static error_t take(int key, char *value, struct argp_state *state)
 {
-    static common_options_t given;
-    common_error_t          error   = {""};
-    options_t              *options = state->input;
-    if (!common_options_add(&given, known, key, value, &error))
+    common_error_t error   = {""};
+    options_t     *options = state->input;
+    if (!common_options_add(known, key, value, &error))
     {
         argp_error(state, "%s", error.text);
     }
