@@ -124,7 +124,7 @@ def _rows(made: Scenario, decimate: int, row_bytes: int) -> int:
     for key, value in values.items():
         lib.native_scenario_number(made.handle, key.encode(), value)
     duration_s, sample_time_s = (value[0] for value in values.values())
-    raise ScenarioError(f"duration_s: {duration_s:.9g} is outside {sample_time_s:g} to {rows_max * decimate * sample_time_s // 1:.0f}: a trace of {rows} rows takes {row_bytes * rows / 1e9:.3g} GB "
+    raise ScenarioError(f"duration_s: {duration_s:.9g} is outside {sample_time_s:g} to {rows_max * decimate * sample_time_s:.12g}: a trace of {rows} rows takes {row_bytes * rows / 1e9:.3g} GB "
                         f"of memory, more than {TRACE_BYTES_MAX / 1e9:.3g} GB; decimate={-(-rows * decimate // rows_max)} keeps fewer rows", "duration_s")
 
 

@@ -4,6 +4,8 @@ import argparse
 import pathlib
 import sys
 
+from tribo_plot.command_line import Parser
+
 from . import claims, report
 from .runs import Runs
 
@@ -11,7 +13,7 @@ DOCUMENT = pathlib.Path(__file__).resolve().parents[2] / "research" / "reproduct
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="research/reproduce", description="Runs the paper's claims as experiments.")
+    parser = Parser(prog="research/reproduce", description="Runs the paper's claims as experiments.")
     parser.add_argument("claims", nargs="*", metavar="CLAIM", help="claims to run (all)")
     parser.add_argument("--list", action="store_true", help="lists the claims")
     parser.add_argument("--update", action="store_true", help="also write research/reproduction.md and .csv")

@@ -133,9 +133,9 @@ def test_a_run_whose_trace_would_fill_the_memory_is_refused(monkeypatch, keys, a
     monkeypatch.setattr(_run, "TRACE_BYTES_MAX", 4 << 30)
     with pytest.raises(tribo.ScenarioError) as refused:
         tribo.run("step", keys, arith=arith)
-    found = re.match(rf"duration_s: {keys['duration_s']} is outside {keys.get('sample_time_s', 0.001):g} to (\d+): a trace of \d+ rows takes ([\d.]+) GB of memory, more than 4.29 GB; decimate=(\d+) keeps fewer rows$", str(refused.value))
-    assert found and bounds[0] < int(found[1]) < bounds[1] and refused.value.field == "duration_s"
-    assert float(found[2]) / 4.295 == pytest.approx(keys["duration_s"] / int(found[1]), rel=0.05) and int(found[3]) == math.ceil(keys["duration_s"] / int(found[1]))
+    found = re.match(rf"duration_s: {keys['duration_s']} is outside {keys.get('sample_time_s', 0.001):g} to ([\d.]+): a trace of \d+ rows takes ([\d.]+) GB of memory, more than 4.29 GB; decimate=(\d+) keeps fewer rows$", str(refused.value))
+    assert found and bounds[0] < float(found[1]) < bounds[1] and refused.value.field == "duration_s"
+    assert float(found[2]) / 4.295 == pytest.approx(keys["duration_s"] / float(found[1]), rel=0.05) and int(found[3]) == math.ceil(keys["duration_s"] / float(found[1]))
 
 
 def test_the_longest_run_that_a_refusal_names_is_taken(monkeypatch):
@@ -143,9 +143,17 @@ def test_the_longest_run_that_a_refusal_names_is_taken(monkeypatch):
     columns = len(tribo.run("step", keys, duration_s=1))
     monkeypatch.setattr(_run, "TRACE_BYTES_MAX", 8 * columns * 1000 + 7)
     assert len(tribo.run("step", keys, duration_s=1).t_s) == 1000
-    for arith, words in ((None, "1.001 is outside 0.001 to 1: a trace of 1001 rows takes .*decimate=2 "), ("both", "1.001 is outside 0.001 to 0: .*decimate=3 ")):
+    for arith, words in ((None, "1.001 is outside 0.001 to 1: a trace of 1001 rows takes .*decimate=2 "), ("both", "1.001 is outside 0.001 to 0.5: .*decimate=3 ")):
         with pytest.raises(tribo.ScenarioError, match=words):
             tribo.run("step", keys, duration_s=1.001, arith=arith)
+    assert len(tribo.run("step", keys, duration_s=0.5, arith="both").t_s) == 500
+    with pytest.raises(tribo.ScenarioError, match="0.501 is outside 0.001 to 0.5: a trace of 501 rows"):
+        tribo.run("step", keys, duration_s=0.501, arith="both")
+    monkeypatch.setattr(_run, "TRACE_BYTES_MAX", 8 * columns * 12345)
+    with pytest.raises(tribo.ScenarioError, match=r"duration_s: 60 is outside 0.001 to 37.035: "):
+        tribo.run("step", keys, duration_s=60, decimate=3)
+    assert len(tribo.run("step", keys, duration_s=37.035, decimate=3).t_s) == 12345
+    monkeypatch.setattr(_run, "TRACE_BYTES_MAX", 8 * columns * 1000 + 7)
     assert len(tribo.run("step", keys, duration_s=1.001, decimate=2).t_s) == 501
     assert len(tribo.run("step", keys, duration_s=1.001, decimate=3, arith="both").q31.t_s) == 334
 

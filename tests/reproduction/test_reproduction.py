@@ -87,3 +87,10 @@ def test_a_step_response_is_that_of_its_poles():
     t = claims.np.array([0.0, 0.1, 5.0])
     one = claims.step_of(claims.np.array([-2.0]), 3.0, t)
     assert one == pytest.approx(3 * (1 - claims.np.exp(-2 * t)))
+
+
+@pytest.mark.parametrize("words, said", [(("--list", "--list"), "--list is given twice"), (("--update", "--up"), "--update is given twice"),
+                                         (("--out", "a"), "--out OUT and --out a: only one is expected")])
+def test_an_option_is_given_once(tmp_path, words, said):
+    result = reproduce(tmp_path, *words)
+    assert result.returncode == 2 and result.stderr.endswith(f": error: {said.replace('OUT', str(tmp_path))}\n") and not list(tmp_path.iterdir())
