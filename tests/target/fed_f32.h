@@ -56,7 +56,7 @@ static const tribo_feedforward_f32_params_t fed_feedforward = {
         .forgetting_per_n = 9.99999940e-02f,
         .trust = 5.00000000e-01f,
         .unit_n = 1.00000000e+00f,
-        .rig = 4089816202u,
+        .rig = 1579341918u,
     },
 };
 static const tribo_force_loop_f32_params_t fed_params = {

@@ -58,7 +58,7 @@ static const tribo_feedforward_q31_params_t fed_feedforward = {
         .forgetting_per_n = 9.99999940e-02f,
         .trust = 5.00000000e-01f,
         .unit_n = 3.72529030e-09f,
-        .rig = 4089816202u,
+        .rig = 1579341918u,
     },
 };
 static const tribo_force_loop_q31_params_t fed_params = {

@@ -108,27 +108,27 @@ static void set_reference(tribo_feedforward_f32_params_t       *made,
     made->learning.jump_lag   = JUMP_LAG * jump_s / (SAMPLE * h);
 }
 
-/// Adds a number to a checksum: FNV-1a by words, with a shift that brings its high bits down. -0 counts as 0.
-static uint32_t mixed(uint32_t sum, float x)
+/// Adds numbers to a checksum: products by words as in FNV-1a, with a shift that brings the high bits down. -0 is 0.
+static uint32_t mixed(uint32_t sum, const float *numbers, uint32_t count)
 {
-    const uint32_t next = (sum ^ bits_f32(x + 0.0f)) * 16777619u;
-    return next ^ next >> 15;
+    for (uint32_t i = 0; i < count; i++)
+    {
+        sum = (sum ^ bits_f32(numbers[i] + 0.0f)) * 16777619u;
+        sum ^= sum >> 15;
+    }
+    return sum;
 }
 
-/// Checksum of the numbers that learned values refer to: breakaway, gravity and presliding as configured.
-static uint32_t rig_of(const tribo_friction_f32_params_t *friction, float presliding_n)
+/// Checksum of the numbers that learned values refer to: breakaway, gravity and presliding as configured. The laws and
+/// the points of a table are arrays of floats.
+static uint32_t rig_of(const tribo_friction_f32_params_t *friction, const tribo_feedforward_f32_config_t *config)
 {
-    uint32_t rig = mixed(mixed(UINT32_C(2166136261), friction->gravity_n), presliding_n);
-    for (uint32_t direction = 0; direction < 2u; direction++)
-    {
-        rig = mixed(mixed(rig, friction->law[direction].offset_n), friction->law[direction].slope);
-    }
-    for (uint32_t i = 0; i < friction->table_length; i++)
-    {
-        const tribo_breakaway_point_f32_t *const point = &friction->table[i];
-        rig = mixed(mixed(mixed(rig, point->force_n), point->positive_n), point->negative_n);
-    }
-    return rig;
+    const uint32_t each = sizeof(tribo_breakaway_point_f32_t) / sizeof(float);
+    const uint32_t both = 2u * sizeof(tribo_breakaway_f32_t) / sizeof(float);
+    const uint32_t rig  = mixed(mixed(1u, &config->presliding_n, 1), &friction->gravity_n, 1);
+    return mixed(mixed(rig, (const float *)friction->law, both),
+                 (const float *)friction->table,
+                 friction->table_length * each);
 }
 
 /// Sets the stops and the constants of the learner. The deviations S say how wrong a configured breakaway and load
@@ -172,15 +172,14 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
     {
         return status;
     }
-    const prior_t                  usual = prior_of(friction, usual_force_n);
-    const float                    lag   = tribo_feedforward_f32_lag_s(config, arm);
-    tribo_feedforward_f32_params_t made  = {.input_max    = input_max_n,
-                                            .offset_max   = OFFSET_MAX * input_max_n,
-                                            .damping_gain = arm->damping / arm->stiffness / sample_time_s};
-    set_reference(&made, config, usual.L, lag, sample_time_s);
-    set_learning(&made, config, usual.L);
-    made.learning.rig = rig_of(friction, config->presliding_n);
-    *params           = made;
+    const prior_t usual = prior_of(friction, usual_force_n);
+    const float   lag   = tribo_feedforward_f32_lag_s(config, arm);
+    *params             = (tribo_feedforward_f32_params_t){.input_max    = input_max_n,
+                                                           .offset_max   = OFFSET_MAX * input_max_n,
+                                                           .damping_gain = arm->damping / arm->stiffness / sample_time_s};
+    set_reference(params, config, usual.L, lag, sample_time_s);
+    set_learning(params, config, usual.L);
+    params->learning.rig = rig_of(friction, config);
     return TRIBO_OK;
 }
 

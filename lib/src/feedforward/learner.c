@@ -71,25 +71,20 @@ void tribo_learner_forget(tribo_feedforward_learner_t *x)
 
 void tribo_learner_check(const tribo_feedforward_learning_t *p, tribo_feedforward_learner_t *x)
 {
-    if (x->seal != seal_of(x))
+    const bool is_corrupt = x->seal != seal_of(x);
+    x->a[WEIGHTS] *= x->breakaway_n / p->breakaway_n; // c_0 stays if only the usual force differs
+    x->breakaway_n = p->breakaway_n;
+    if (is_corrupt)
     {
-        tribo_learner_forget(x);
         count(&x->forgotten);
     }
-    if (x->rig != p->rig)
+    if (is_corrupt || x->rig != p->rig)
     {
         tribo_learner_forget(x);
         tribo_learner_restore(x);
-        x->rig         = p->rig;
-        x->breakaway_n = p->breakaway_n;
-        x->seal        = seal_of(x);
+        x->rig = p->rig;
     }
-    if (x->breakaway_n != p->breakaway_n) // of another usual force: c_0 stays
-    {
-        x->a[WEIGHTS] *= x->breakaway_n / p->breakaway_n;
-        x->breakaway_n = p->breakaway_n;
-        x->seal        = seal_of(x);
-    }
+    x->seal = seal_of(x);
 }
 
 float tribo_learner_sliding(const tribo_feedforward_learning_t *p, const tribo_feedforward_learner_t *x)

@@ -44,8 +44,9 @@ void tribo_learner_take(const tribo_feedforward_learning_t *p,
                         float                               both_n,
                         float                               slid_n);
 
-/// Forgets everything learned if its checksum does not fit, which is counted, or if it was learned with params of another
-/// rig. The learned load stays if only the usual force differs. Every step and take does so, too.
+/// Forgets everything learned, and the monitor's judgement, if the checksum does not fit, which is counted, or if it was
+/// learned with params of another rig. The learned load stays if only the usual force differs. Every step and take
+/// does so, too.
 void tribo_learner_check(const tribo_feedforward_learning_t *p, tribo_feedforward_learner_t *x);
 
 /// V_0, breakaway as a multiple of the configured one.
