@@ -11,21 +11,6 @@ typedef struct
     force_t          friction; ///< f^ of the last tick, faded by the guard
 } loop_begun_t;
 
-/// The error r - y. A bad input is counted, and its error is 0.
-static inline force_t loop_checked_error(const loop_params_t *params,
-                                         uint32_t            *bad_inputs,
-                                         uint32_t            *saturated,
-                                         force_t              r,
-                                         force_t              y)
-{
-    if (loop_input_is_bad(params, r, y))
-    {
-        count_one(bad_inputs);
-        return 0;
-    }
-    return loop_error(saturated, r, y);
-}
-
 /// The guard judges the friction added in this tick, and sets the fade for the next one. Returns f^ of the last tick,
 /// faded. `tick` belongs to the method and is null without one.
 static force_t guarded_friction(const loop_params_t *params,
@@ -69,14 +54,23 @@ static force_t method_error(const loop_params_t *params,
     return functions->error(params, memory, r, y, loop_fade(params, state));
 }
 
-/// Counts a bad input, takes over new params, and calls the method and the guard. Returns the controller's error.
+/// Counts a bad input, whose error is 0, takes over new params, and calls the method and the guard. Returns the
+/// controller's error.
 static inline force_t loop_begin(const loop_params_t *params,
                                  loop_state_t        *state,
                                  force_t              r,
                                  force_t              y,
                                  loop_begun_t        *begun)
 {
-    force_t e = loop_checked_error(params, &state->bad_inputs, loop_saturated(state), r, y);
+    force_t e = 0;
+    if (loop_input_is_bad(params, r, y))
+    {
+        count_one(&state->bad_inputs);
+    }
+    else
+    {
+        e = loop_error(loop_saturated(state), r, y);
+    }
     if (state->active != params)
     {
         loop_change(params, state, r, y, e);
