@@ -297,7 +297,7 @@ class Joint:
 
     @property
     def gain(self) -> float:
-        """Fraction of the learned friction that is compensated, 0 to 1; the term follows a change with a time constant of 0.1 s."""
+        """Fraction of the learned friction that is compensated, 0 to 1; its time constant is 0.1 s, upwards the actuator's lag if that is longer."""
         return self._gain
 
     @gain.setter

@@ -817,14 +817,14 @@ static void test_a_dead_encoder_takes_the_term_away(void)
 }
 #endif
 
-static double along;
+static double along, way; // way: 1 or -1
 
-/// A tick of a motion that goes on, with the same lag and effort. Returns the term.
+/// A tick of a motion that goes on, with the same lag and effort. Returns the term against it.
 static double term_along(bool has_encoder)
 {
-    along += 8.0;
-    const position_t q = has_encoder ? (position_t)(along - 4.0) : TRIBO_EITHER((position_t)NAN, 0);
-    return number(TRIBO(joint, step)(&joint, effort_of(0.3), (position_t)along, q)) - 0.3;
+    along += 8.0 * way;
+    const position_t q = has_encoder ? (position_t)(along - 4.0 * way) : TRIBO_EITHER((position_t)NAN, 0);
+    return way * number(TRIBO(joint, step)(&joint, effort_of(0.3 * way), (position_t)along, q)) - 0.3;
 }
 
 /// Returns the time until the term is 0.
@@ -838,30 +838,46 @@ static double time_to_none(bool has_encoder, double h)
     return ticks * h;
 }
 
-static void check_times(double h)
+/// Starts a motion, and returns its full term.
+static double begin_along(double h, double pole, double to)
 {
     tribo_joint_config_t config    = config_of(FRICTION);
     config.sample_time_s           = (float)h;
-    config.actuator_pole_rad_per_s = 0.0f;
+    config.actuator_pole_rad_per_s = (float)pole;
     TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, init)(&joint, &config));
     double full = 0.0;
     along       = 0.0;
+    way         = to;
     for (int k = 0; k < (int)(2.0 / h) + 50; k++)
     {
         full = term_along(true);
     }
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.97 * FRICTION / 2.0, full);
-    joint.cause = TRIBO_JOINT_ASTRAY;
-    TEST_ASSERT_TRUE(time_to_none(true, h) <= fmax(0.1, 3.0 * h) + 1e-9);
+    return full;
+}
+
+static void check_times(double h, double pole)
+{
+    const double lag  = pole > 0.0 ? 1.0 / pole : 0.0;
+    const double most = 1.05 * (lag + 2.0 * h); // of a change of the term by itself
+    const double full = begin_along(h, pole, 1.0);
+    joint.cause       = TRIBO_JOINT_ASTRAY;
+    const double fade = time_to_none(true, h);
+    TEST_ASSERT_TRUE(fade <= fmax(0.1, 1.05 * lag + 4.0 * h) + 1e-9);
+    TEST_ASSERT_DOUBLE_WITHIN(1.5 * h, fmax(0.05, most), fade);
     TRIBO(joint, restore)(&joint);
     int rise = 1;
     while (term_along(true) < 0.99 * full && rise < 100000)
     {
         rise++;
     }
-    TEST_ASSERT_DOUBLE_WITHIN(0.004 + h, fmax(0.4, 8.0 * h), rise * h);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * most + 0.004 + h, fmax(fmax(0.4, 8.0 * h), most), rise * h);
+    while (term_along(true) < full - 1e-6 && rise < 100000)
+    {
+        rise++;
+    }
 #if !TRIBO_IS_Q31 // counts are never bad
-    TEST_ASSERT_DOUBLE_WITHIN(1.5 * h, fmax(0.05, 4.0 * h) + 2.0 * h, time_to_none(false, h));
+    TEST_ASSERT_DOUBLE_WITHIN(1.5 * h, fmax(0.05, 4.0 * h) + most, time_to_none(false, h));
 #endif
 }
 
@@ -869,9 +885,76 @@ static void check_times(double h)
 static void test_the_term_goes_and_comes_within_the_times_stated(void)
 {
     static const double ticks_s[] = {1e-4, 1e-3, 0.02, 0.1};
+    static const double poles[]   = {0.0, 50.0, 10.0, 5.0, 2.0, 1.0};
     for (size_t i = 0; i < sizeof ticks_s / sizeof ticks_s[0]; i++)
     {
-        check_times(ticks_s[i]);
+        for (size_t k = 0; k < sizeof poles / sizeof poles[0]; k++)
+        {
+            check_times(ticks_s[i], poles[k]);
+        }
+    }
+}
+
+/// A smaller gain also acts behind a slow actuator and with long ticks.
+static void test_the_term_follows_a_smaller_gain_at_any_lag(void)
+{
+    static const double ticks_s[] = {1e-3, 0.02, 0.1};
+    static const double poles[]   = {0.0, 10.0, 1.0};
+    for (size_t i = 0; i < 18u; i++)
+    {
+        const double h    = ticks_s[i / 3u % 3u];
+        const double full = begin_along(h, poles[i % 3u], i < 9u ? 1.0 : -1.0);
+        TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, gain)(&joint, 0.0f));
+        for (double t = 0.0; t < 0.3; t += h)
+        {
+            (void)term_along(true);
+        }
+        TEST_ASSERT_TRUE(fabs(term_along(true)) < 0.15 * full); // exp(-3); long ticks are slower
+        for (double t = 0.0; t < 2.5; t += h)
+        {
+            (void)term_along(true);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, term_along(true));
+    }
+}
+
+/// True if a slide of `ticks` counts as a whole: no fast part of it is kept. The motion is a sine, q_ref ahead.
+static bool counts_whole(double h, double pole, int ticks)
+{
+    tribo_joint_config_t config    = config_of(FRICTION);
+    config.sample_time_s           = (float)h;
+    config.actuator_pole_rad_per_s = (float)pole;
+    TEST_ASSERT_EQUAL(TRIBO_OK, TRIBO(joint, init)(&joint, &config));
+    const double turn     = acos(-1.0) / ticks;
+    bool         is_whole = true;
+    int          slides   = 0;
+    for (int k = 0; slides < 8 && k < 20 * ticks; k++)
+    {
+        const double q_ref = 8000.0 * sin(turn * (k + 1.0));
+        (void)step(0.1, floor(q_ref), floor(8000.0 * sin(turn * k)));
+        if (joint.slide.ended == 2u)
+        {
+            slides++;
+            is_whole = joint.slide.fast_travel == 0;
+        }
+    }
+    TEST_ASSERT_EQUAL(8, slides);
+    return is_whole;
+}
+
+/// As the header states.
+static void test_all_of_a_brief_slide_counts(void)
+{
+    static const double ticks_s[] = {1e-3, 3e-3, 0.02, 0.1};
+    static const double poles[]   = {0.0, 50.0, 10.0};
+    for (size_t i = 0; i < 12u; i++)
+    {
+        const double h     = ticks_s[i / 3u];
+        const double pole  = poles[i % 3u];
+        const double lag   = pole > 0.0 ? 1.0 / pole : 0.0;
+        const double brief = 6.0 * (fmax(0.8 * (lag + 2.0 * h), fmax(5.0 * h, 0.01)) + h) / h;
+        TEST_ASSERT_TRUE(counts_whole(h, pole, (int)floor(brief) - 1));
+        TEST_ASSERT_FALSE(counts_whole(h, pole, (int)ceil(brief) + 1));
     }
 }
 

@@ -18,18 +18,19 @@
 /// the term until q_ref moves again, so that hunting dies out. Nearer to q_ref the term gives way to an effort that
 /// opposes it. At rest without an effort the term is 0. It fades after 50 ms (4 ticks if these are longer) in which the
 /// joint is away from q_ref without any effort, because your loop is off, or in which a position is not a number,
-/// because the encoder fails. The fade takes another two ticks and the actuator's lag: with a tick of 1 ms the term is
-/// 0 after 52 ms, with one of 0.1 s after 0.6 s. After a time without ticks call tribo_joint_f32_rest, or the old term
-/// goes on for that time. u must reach the motor: while it does not, call tribo_joint_f32_rest instead of the step.
+/// because the encoder fails. The fade takes another 1.05 lags and 2 to 3 ticks, where the lag is that of the actuator,
+/// 1 / actuator_pole_rad_per_s: without it the term is 0 after 52 ms with a tick of 1 ms, and after 0.6 s with one of
+/// 0.1 s. After a time without ticks call tribo_joint_f32_rest, or the old term goes on for that time. u must reach the
+/// motor: while it does not, call tribo_joint_f32_rest instead of the step.
 ///
 /// Learning. Between two reversals of q (a slide) the kinetic energy does not change, so the work of the effort goes
 /// into friction and load. Slides in both directions tell the two apart. Only the slow part of a slide counts, because
-/// viscous friction is not part of breakaway; of a slide that is shorter than 60 ms, or than 36 ticks, all of it does.
-/// Only slides that q_ref asked for count, of 16 `travel` or more.
+/// viscous friction is not part of breakaway. All of a slide does if it is shorter than 6 (T + a tick), where T is the
+/// longest of 10 ms, 5 ticks and 0.8 (lag + 2 ticks). Only slides that q_ref asked for count, of 16 `travel` or more.
 ///
-/// Guard. It fades the term within 0.1 s (3 ticks, or the actuator's lag, if that is longer) and latches the reason
-/// until tribo_joint_f32_restore: the joint runs away from q_ref with its term, it hunts at rest, or slides give more
-/// energy than they take (the effort or the encoder has the wrong sign).
+/// Guard. It fades the term within 0.1 s (1.05 lags and 4 ticks if these are longer) and latches the reason until
+/// tribo_joint_f32_restore: the joint runs away from q_ref with its term, it hunts at rest, or slides give more energy
+/// than they take (the effort or the encoder has the wrong sign).
 ///
 /// No heap, no libm. The end of a slide costs one division, other ticks none. Not synchronized: one joint, one tick.
 
@@ -103,16 +104,17 @@ float tribo_joint_f32_step(tribo_joint_f32_t *joint, float effort, float q_ref, 
 /// tick on, and is neither learned nor reported as a force. A bad load is counted and changes nothing.
 void tribo_joint_f32_load(tribo_joint_f32_t *joint, float load);
 
-/// Changes the gain, 0 to 1, while the joint runs; the term follows with a time constant of 0.1 s. Returns TRIBO_OK, or
-/// TRIBO_ERR_JOINT_GAIN for any other gain: above 1 it would exceed the learned friction.
+/// Changes the gain, 0 to 1, while the joint runs; the term follows with a time constant of 0.1 s, upwards with
+/// the actuator's lag if that is longer. Returns TRIBO_OK, or TRIBO_ERR_JOINT_GAIN for any other gain: above 1 it would
+/// exceed the learned friction.
 tribo_status_t tribo_joint_f32_gain(tribo_joint_f32_t *joint, float gain);
 
 /// Puts the joint to rest, between two ticks, for example before the first tick after the drive was off. Learned values,
 /// load, counters and a latched cause stay.
 void tribo_joint_f32_rest(tribo_joint_f32_t *joint);
 
-/// Clears the latched cause; the term rises again over 0.4 s (8 ticks if these are longer). Call it on command, once the
-/// cause is found. Learned values stay.
+/// Clears the latched cause; the term rises again over 0.4 s (8 ticks, or 1.05 lags and 4 ticks, if these are longer).
+/// Call it on command, once the cause is found. Learned values stay.
 void tribo_joint_f32_restore(tribo_joint_f32_t *joint);
 
 /// Returns the end-point force computed from the current. An arm that sticks may hold any force within its friction, so

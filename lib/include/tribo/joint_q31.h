@@ -28,7 +28,7 @@ void tribo_joint_q31_rest(tribo_joint_q31_t *joint);
 /// Changes the gain. It computes in float32, so do not call it in the tick.
 tribo_status_t tribo_joint_q31_gain(tribo_joint_q31_t *joint, float gain);
 
-/// Clears the latched cause; the term rises again over 0.4 s (8 ticks if these are longer).
+/// Clears the latched cause; the term rises again.
 void tribo_joint_q31_restore(tribo_joint_q31_t *joint);
 
 /// Returns the end-point force in the config's unit. It computes in float32.

@@ -345,7 +345,7 @@ static force_t wanted_term(const joint_t *x, force_t effort)
     return x->sign < 0 ? less - size : (x->sign > 0 ? size - less : 0);
 }
 
-/// Moves the term towards its wanted value and returns it.
+/// Moves the term towards its wanted value and returns it. It follows a falling level even behind a slow actuator.
 static force_t term_of(joint_t *x, force_t effort)
 {
     const joint_params_t *const params = &x->params;
@@ -357,7 +357,8 @@ static force_t term_of(joint_t *x, force_t effort)
     x->kept             = force_track(x->kept, 0, params->level_part);
 
     const force_t most = plus(faded_by(x->level, params->jump), SMALLEST);
-    x->term            = plus(x->term, within_of(minus(wanted_term(x, effort), x->term), -most, most));
+    const force_t next = plus(x->term, within_of(minus(wanted_term(x, effort), x->term), -most, most));
+    x->term            = next > x->level ? x->level : (next < -x->level ? -x->level : next); // no number stays none
     return x->term;
 }
 

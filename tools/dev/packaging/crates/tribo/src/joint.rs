@@ -88,7 +88,7 @@ macro_rules! joint {
                 unsafe { tribo_sys::$sys::joint_load(&mut self.0, load) }
             }
 
-            /// Another gain, 0 to 1; the term follows with a time constant of 0.1 s.
+            /// Another gain, 0 to 1; the term follows with a time constant of 0.1 s, upwards with the actuator's lag if that is longer.
             pub fn gain(&mut self, gain: f32) -> Result<(), Refused> {
                 done(unsafe { tribo_sys::$sys::joint_gain(&mut self.0, gain) })
             }
