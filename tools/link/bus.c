@@ -244,38 +244,57 @@ bool link_bus_state(link_bus_t *bus, const char *name, uint32_t *word)
 
 // --- commands ------------------------------------------------------------------------------------------------------
 
-/// Names the refused param, with the drive's own range.
-static bool complain_of_set(link_bus_t *bus)
+/// What the drive refused, and why.
+typedef struct
 {
-    enum
-    {
-        REGISTER,
-        STATUS,
-        VALUE,
-        LOW,
-        HIGH,
-        WORDS
-    };
-    uint32_t said[WORDS] = {0};
-    if (!link_bus_read(bus, link_find("refused_register")->address, said, WORDS))
+    uint16_t          address;
+    const link_row_t *row; ///< null if this program does not know the register
+    const char       *name;
+    uint32_t          status; ///< tribo_status_t
+    double            value, low, high;
+} refusal_t;
+
+static bool read_refusal(link_bus_t *bus, refusal_t *refusal)
+{
+    uint32_t said[5];
+    if (!link_bus_read(bus, link_find("refused_register")->address, said, 5))
     {
         return false;
     }
-    const link_row_t *row     = link_at((uint16_t)said[REGISTER]);
-    const char       *more    = said[STATUS] != TRIBO_OK ? tribo_status_text((tribo_status_t)said[STATUS]) : "";
-    const bool        is_tick = row != NULL && said[LOW] == said[HIGH] &&
+    const link_row_t *row = link_at((uint16_t)said[0]);
+    *refusal              = (refusal_t){.address = (uint16_t)said[0],
+                                        .row     = row,
+                                        .name    = row != NULL ? row->name : "a param",
+                                        .status  = said[1],
+                                        .value   = (double)link_float(said[2]),
+                                        .low     = (double)link_float(said[3]),
+                                        .high    = (double)link_float(said[4])};
+    return true;
+}
+
+/// Names the refused param, with the drive's own range.
+static bool complain_of_set(link_bus_t *bus)
+{
+    refusal_t refusal;
+    if (!read_refusal(bus, &refusal))
+    {
+        return false;
+    }
+    const link_row_t *row     = refusal.row;
+    const char       *more    = refusal.status != TRIBO_OK ? tribo_status_text((tribo_status_t)refusal.status) : "";
+    const bool        is_tick = row != NULL && refusal.low == refusal.high &&
                          (strcmp(row->name, "sample_time_s") == 0 || strcmp(row->name, "drive.period_us") == 0);
     if (is_tick)
     {
         more = "no set can change the ticks of a drive; its image or configuration does";
     }
     const char *comma    = more[0] != '\0' ? "; " : "";
-    const bool  can_be_0 = row != NULL && row->can_be_0 && link_float(said[VALUE]) != 0.0f; // a ceiling may forbid that
+    const bool  can_be_0 = row != NULL && row->can_be_0 && refusal.value != 0.0; // a ceiling may forbid that
     return link_complain("%s = %.7g is refused, the drive goes on as it was: %.7g to %.7g%s%s%s",
-                         row != NULL ? row->name : "a param",
-                         (double)link_float(said[VALUE]),
-                         (double)link_float(said[LOW]),
-                         (double)link_float(said[HIGH]),
+                         refusal.name,
+                         refusal.value,
+                         refusal.low,
+                         refusal.high,
                          can_be_0 ? " or 0" : "",
                          comma,
                          more);
@@ -284,33 +303,29 @@ static bool complain_of_set(link_bus_t *bus)
 /// Reports the change that the refused set would have made.
 static bool complain_of_protection(link_bus_t *bus, bool runs)
 {
-    uint32_t said[5] = {0}; // as in complain_of_set
-    if (!link_bus_read(bus, link_find("refused_register")->address, said, 5))
-    {
-        return false;
-    }
-    const link_row_t *row = link_at((uint16_t)said[0]);
-    return link_complain("%s = %.7g is refused, the drive goes on as it was: it protects, and is %.7g%s",
-                         row != NULL ? row->name : "a param",
-                         (double)link_float(said[2]),
-                         (double)link_float(said[3]),
+    refusal_t refusal;
+    return read_refusal(bus, &refusal) &&
+           link_complain("%s = %.7g is refused, the drive goes on as it was: it protects, and is %.7g%s",
+                         refusal.name,
+                         refusal.value,
+                         refusal.low,
                          runs ? "; stop the drive first" : "; the drive is locked");
 }
 
 /// Names --after if the drive's ring is too short for it.
 static bool complain_of_trace(link_bus_t *bus, const char *what)
 {
-    uint32_t said[5] = {0}; // as in complain_of_set
-    if (!link_bus_read(bus, link_find("refused_register")->address, said, 5))
+    refusal_t refusal;
+    if (!read_refusal(bus, &refusal))
     {
         return false;
     }
-    return said[0] == link_find("trace.after")->address
+    return refusal.address == link_find("trace.after")->address
                ? link_complain("%s: --after %.7g: 0 to %.7g is expected, because the drive holds no more samples of so "
                                "many signals",
                                what,
-                               (double)link_float(said[2]),
-                               (double)link_float(said[4]))
+                               refusal.value,
+                               refusal.high)
                : link_complain("%s: refused: %s", what, link_outcome_text((uint32_t)LINK_TRACE_REFUSED));
 }
 
