@@ -10,7 +10,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #define SEED      RUNS(0xfeedu, 0xfeed3u) // whose first ticks have all of it
@@ -907,6 +906,32 @@ static double come_to_rest(void)
     }
     TEST_ASSERT_TRUE(feedforward_holds(&x) && x.memory.state.rests);
     return u;
+}
+
+/// The lead of lin before rs, without the load, which these ticks without a controller learn.
+static double lead_now(void)
+{
+    return feedforward_seen(&x).lin - feedforward_seen(&x).reached - OF_FORCE(x.memory.state.load);
+}
+
+/// A ramp leads by tau times its rate however fast it is. Its first tick is taken for a step, and so is a step.
+static void test_a_fast_ramp_is_not_a_step(void)
+{
+    const double tau  = 1.0 / 200.0 + 0.0075;
+    const double rate = 40.0 * (L0 + L1 * 0.5); // a tick's move is three times what counts as a step
+    init(&x);
+    (void)tick_alone(0.2, 0.2);
+    double at = 0.2;
+    for (int k = 0; k < 100; k++)
+    {
+        at += rate * H;
+        (void)tick_alone(at, at);
+        TEST_ASSERT_TRUE(k > 0 || fabs(lead_now()) < 1e-6);
+        TEST_ASSERT_TRUE(k < 80 || fabs(lead_now() - tau * rate) < 0.02 * tau * rate);
+    }
+    const double before = lead_now();
+    (void)tick_alone(at - 0.5, at);
+    TEST_ASSERT_TRUE(lead_now() < before && lead_now() > 0.8 * before);
 }
 
 /// A step of r ends a rest in its tick, also where y is bad, and u takes it.

@@ -272,11 +272,13 @@ class Feedforward:
         e0 = self.rs - self.y + self.m2
         # 2
         self.n_r = self.noise(self.n_r, r, self.r1, self.r2)
+        last = self.r1 - self.r2
         self.r2, self.r1 = self.r1, r
         dr = r - self.rs
         if dr * self.limited > 0:
             dr = 0.0
-        step = self.exceeds(abs(dr), 4000 * self.B / 314 * h)
+        limit = 4000 * self.B / 314 * h
+        step = self.exceeds(abs(dr), limit) and self.exceeds(abs(dr - last), limit)
         self.rs += dr
         self.rate = self.low_pass(self.rate, 0.0 if step else dr / h, self.T_y)
         # 3
@@ -629,7 +631,7 @@ def scenarios():
     controller = ((9.0, 1.2, 0.0, 0.6, 0.0), (1.0, 0.0, 0.0, 1.0, 0.0))
 
     def reference(t):
-        return triangle(min(t, 0.25), 0.16, 31.0, 72.0) if t < 0.35 else 10.0 * math.sin(31.0 * t)
+        return triangle(min(t, 0.25), 0.22, 31.0, 72.0) if t < 0.35 else 10.0 * math.sin(31.0 * t)
 
     yield "rig", rig, play(rig, 0.4, reference, seed=64, noise=0.02, grid=2.0**-15, controller=controller,
                            plant=Plant(rig, (0.9, 1.1), widths=(0.02, 0.4, 1.8)))

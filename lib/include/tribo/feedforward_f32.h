@@ -240,7 +240,7 @@ struct tribo_feedforward_f32_params
     float                         stop_gain[TRIBO_FEEDFORWARD_STOPS]; ///< 1/d_j
     float                         jump; ///< largest change of sigma in a tick, 2 h/T_j up to 2
     float                         lead_gain, lag_gain, damping_gain; ///< alpha/(p_a h), tau/h, b_arm/(K h)
-    float                         step;        ///< a larger move of r in a tick is a step and has no rate
+    float                         step;        ///< a sudden move of r by more is a step and has no rate
     float                         noise_floor; ///< w/500
     float                         noise_part, slow_part, fast_part; ///< of the low passes of noise; of e; of rate, v, y
     float                         lag_part, actuator_part, sensor_part; ///< of the low passes with tau, p_a, p_s

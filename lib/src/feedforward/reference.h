@@ -219,11 +219,12 @@ typedef struct
 /// width W, which grows with the noise of r so that noise is no reversal. The last move of rp gives the direction s.
 static inline follow_t follow(const params_t *p, state_t *x, force_t r)
 {
+    const force_t last     = minus(x->r[0], x->r[1]);
     x->r_noise             = noise_of(p, x->r_noise, r, x->r);
     const force_t width    = plus(p->reversal, coarser(gained(x->r_noise, GAIN(4.0))));
     const force_t distance = minus(r, x->reached);
     const force_t moved    = sign_of(distance) * x->limited > 0 ? 0 : distance;
-    const bool    step     = size_of(moved) > p->step;
+    const bool    step     = size_of(moved) > p->step && size_of(minus(moved, last)) > p->step; // else a fast ramp
     const force_t before   = x->turned;
     const int8_t  sign     = x->sign;
     x->reached             = bounded(plus(x->reached, moved));
