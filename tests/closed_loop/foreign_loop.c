@@ -122,7 +122,8 @@ bool foreign_loop_says(const foreign_loop_t *loop, const foreign_state_t *before
     return now->state.guard.cause != TRIBO_GUARD_NONE || learner->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS ||
            learner->harms != 0u || now->state.bad_inputs != before->state.bad_inputs ||
            now->memory.state.forgotten != before->memory.state.forgotten ||
-           learner->forgotten != before->memory.state.learner.forgotten;
+           learner->forgotten != before->memory.state.learner.forgotten ||
+           TRIBO_EITHER(false, now->state.controller.cascade.saturated != before->state.controller.cascade.saturated);
 }
 
 double foreign_loop_learned(const foreign_loop_t *loop, uint32_t direction, double force)

@@ -774,6 +774,15 @@ static void test_no_register_of_the_compensation_moves(void)
                      DRIVE_WARNING_HARM == 8);
 }
 
+/// As if so much had been learned from with the params in use.
+static void have_travelled(float travel_n)
+{
+    tribo_feedforward_learner_t *const learner = &registers.memory.state.learner;
+    learner->travel_n                          = travel_n;
+    const void *const params                   = registers.active->loop.params.method; // its first member
+    learner->rig                               = ((const TRIBO(feedforward, params_t) *)params)->learning.rig;
+}
+
 static void test_what_is_learned_is_in_registers(void)
 {
     TEST_ASSERT_TRUE(SHOWN_OF(learned_up) == 0.0 &&
@@ -811,7 +820,7 @@ static void test_what_is_learned_is_in_registers(void)
     tick();
     TEST_ASSERT_TRUE(SHOWN_OF(travel_up) == 0.0 && SHOWN_OF(travel_down) == 0.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, SHOWN_OF(relative_variance_up));
-    registers.memory.state.learner.travel_n = 10.0f;
+    have_travelled(10.0f);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 10.0, SHOWN_OF(travel_up));
     command(REGISTERS_FORGET);
     tick();
@@ -837,8 +846,8 @@ static void test_a_request_that_waits_for_the_learner_ends_with_its_params(void)
     {
         apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, PARAMS_METHOD_FEEDFORWARD);
         tick();
-        registers.memory.state.learner.travel_n = 10.0f;
-        registers.memory.state.exchange.owner   = TRIBO_FEEDFORWARD_OWNER_LEARNER;
+        have_travelled(10.0f);
+        registers.memory.state.exchange.owner = TRIBO_FEEDFORWARD_OWNER_LEARNER;
         command(REGISTERS_FORGET);
         tick();
         TEST_ASSERT_DOUBLE_WITHIN(1e-5, 10.0, SHOWN_OF(travel_up));
@@ -925,7 +934,7 @@ static void test_a_drive_without_a_sensor_learns_and_forgets(void)
     TEST_ASSERT_FALSE(loop_has_sensor(&registers.active->loop.params));
     TEST_ASSERT_FALSE(registers.active->loop.guard.on);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.007, SHOWN_OF(learned_up));
-    registers.memory.state.learner.travel_n = 2.0f;
+    have_travelled(2.0f);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 2.0, SHOWN_OF(travel_up));
     command(REGISTERS_FORGET);
     tick();
