@@ -428,7 +428,7 @@ static registers_outcome_t arm_trace(registers_t *registers)
     if (!make_trace(registers, &setup) || !trace_arm(&registers->trace, &setup))
     {
         const uint32_t channels = setup.channel_count;
-        const uint32_t most     = channels > 0u ? registers->board.ring_words / channels - 1u : UINT32_MAX;
+        const uint32_t most     = channels > 0u ? trace_capacity(&registers->trace, channels) - 1u : UINT32_MAX;
         registers->is_refused   = setup.after > most;
         registers->refused =
             (params_error_t){.word = TRACE_AFTER, .value = (float)setup.after, .low = 0.0f, .high = (float)most};

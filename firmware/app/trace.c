@@ -14,11 +14,16 @@ static bool needs_force(trace_trigger_t trigger)
     return trigger == TRACE_REVERSAL || trigger == TRACE_RISE || trigger == TRACE_FALL;
 }
 
+uint32_t trace_capacity(const trace_t *trace, uint32_t channels)
+{
+    return trace->ring_words / channels;
+}
+
 bool trace_suits(const trace_t *trace, const trace_setup_t *setup)
 {
     const uint32_t channels = setup->channel_count;
     return channels >= 1u && channels <= TRACE_CHANNELS_MAX && setup->decimation >= 1u &&
-           (uint32_t)setup->trigger < (uint32_t)TRACE_TRIGGERS && setup->after < trace->ring_words / channels &&
+           (uint32_t)setup->trigger < (uint32_t)TRACE_TRIGGERS && setup->after < trace_capacity(trace, channels) &&
            (!needs_force(setup->trigger) || setup->watched != NULL);
 }
 
@@ -33,7 +38,7 @@ bool trace_arm(trace_t *trace, const trace_setup_t *setup)
     *trace       = (trace_t){.ring       = trace->ring,
                              .ring_words = trace->ring_words,
                              .setup      = *setup,
-                             .capacity   = trace->ring_words / channels};
+                             .capacity   = trace_capacity(trace, channels)};
     atomic_thread_fence(memory_order_release); // the tick may be on another core
     trace->state = TRACE_ARMED;
     return true;

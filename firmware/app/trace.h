@@ -70,6 +70,9 @@ typedef struct
 /// Starts a stopped trace. `ring`, of `ring_words` words, must outlive it.
 void trace_init(trace_t *trace, uint32_t *ring, uint32_t ring_words);
 
+/// Returns how many samples of `channels` signals the ring holds, one signal or more. `after` must be less.
+uint32_t trace_capacity(const trace_t *trace, uint32_t channels);
+
 /// Returns whether `setup` is within its range for this trace.
 bool trace_suits(const trace_t *trace, const trace_setup_t *setup);
 

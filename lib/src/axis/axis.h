@@ -284,7 +284,8 @@ tribo_status_t axis_import(axis_t *axis, const axis_blob_t *blob)
     {
         return TRIBO_ERR_BLOB_CHECKSUM;
     }
-    if (blob->learned[TRIBO_AXIS_LEARNED_WORDS - 2u] != axis->active->feedforward.learning.rig)
+    const uint32_t rig = blob->learned[offsetof(tribo_feedforward_learner_t, rig) / sizeof(uint32_t)];
+    if (rig != axis->active->feedforward.learning.rig)
     {
         return TRIBO_ERR_BLOB_RIG;
     }
