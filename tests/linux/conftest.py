@@ -4,9 +4,11 @@ import contextlib
 import csv
 import os
 import pathlib
+import random
 import re
 import select
 import signal
+import socket
 import subprocess
 import termios
 import threading
@@ -31,6 +33,21 @@ def until(has_happened, what, limit_s=200):
     while not has_happened():
         assert time.monotonic() < end, what
         time.sleep(0.005)
+
+
+def until_off(process, messages):
+    """Waits until a drive, whose messages go to a file, has begun."""
+    until(lambda: "off:" in messages.read_text() or process.poll() is not None, "it does not start")
+    assert "off:" in messages.read_text(), messages.read_text()
+
+
+def free_port():
+    """A TCP port that nobody has, below those that the system takes for outgoing connections."""
+    for port in random.sample(range(20000, 32000), 100):
+        with contextlib.suppress(OSError), socket.socket() as probe:
+            probe.bind(("127.0.0.1", port))
+            return port
+    raise AssertionError("no port is free")
 
 
 class Drive:

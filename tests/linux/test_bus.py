@@ -13,7 +13,7 @@ import time
 
 import pytest
 
-from conftest import CLOCK_RIG, until
+from conftest import CLOCK_RIG, free_port, until, until_off
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TRIANGLE = ROOT / "host_sim" / "scenarios" / "triangle.yaml"
@@ -465,7 +465,7 @@ GAIN, COMMAND, REFERENCE, ACTIVE = 0x1108, 0x100, 0x110, 0x1000
 
 def test_unread_messages_delay_nothing(drive):
     """Nobody reads the messages, as on a terminal that Ctrl-S has stopped."""
-    port = 20000 + os.getpid() % 20000
+    port = free_port()
     drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{port: {port}}}\n")
     reading, writing = os.pipe()
     run = subprocess.Popen([drive.program, "rig.yaml"], cwd=drive.folder, stderr=writing)
@@ -511,12 +511,12 @@ def listen(drive):
     runs = []
 
     def start(bus):
-        port = 20000 + (os.getpid() + 7 * len(runs) + 1) % 20000
+        port = free_port()
         drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{{bus}port: {port}}}\n")
         with open(drive.folder / "said.txt", "w", encoding="utf-8") as said:
             runs.append(subprocess.Popen([drive.program, "rig.yaml", "--duration", "2000"], cwd=drive.folder, stderr=said))
         messages = drive.folder / "said.txt"
-        until(lambda: "off:" in messages.read_text(), "it does not start")
+        until_off(runs[-1], messages)
         return messages, port
 
     yield start
@@ -567,7 +567,7 @@ def test_a_client_that_disconnects_is_not_the_first_client(listen):
 
 def test_mbpoll_over_tcp(drive):
     """An outside client: reads, writes and all exceptions."""
-    port = 20000 + os.getpid() % 20000
+    port = free_port()
     drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{listen: 127.0.0.1, port: {port}}}\ndrive: {{reference_ms: 0}}\n")
     with drive.start("rig.yaml", "--duration", "2000") as run:
         while not run.stderr.readline().startswith("off:"):

@@ -14,7 +14,7 @@ import time
 
 import pytest
 
-from conftest import CLOCK_RIG, until
+from conftest import CLOCK_RIG, free_port, until, until_off
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 REGISTERS = subprocess.run([os.environ["TRIBO_LINK"], "list", "--markdown"], capture_output=True, text=True, check=True).stdout
@@ -93,13 +93,13 @@ class Target:
     """A drive on TCP."""
 
     def __init__(self, drive, rig):
-        self.port = 40000 + os.getpid() % 20000
+        self.port = free_port()
         self.ended = False  # by its test
         drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{port: {self.port}, silent_s: 1}}\n{rig}")
         self.messages = drive.folder / "said.txt"
         with open(self.messages, "w", encoding="utf-8") as said:
             self.process = subprocess.Popen([drive.program, "rig.yaml", "--duration", "2000"], cwd=drive.folder, stderr=said)
-        until(lambda: "off:" in self.said() or self.process.poll() is not None, "it does not start")
+        until_off(self.process, self.messages)
 
     def said(self):
         return self.messages.read_text()

@@ -198,7 +198,7 @@ def test_accept_knows_the_rig_from_others(whole_way):
 def test_a_drive_takes_the_registers(whole_way, tmp_path):
     """registers.txt line by line on tribo-desk, whose own file has the same limits, tick, poles and arm; it runs with loop.yaml then."""
     result, built = whole_way[1] / "result", ROOT / "build/host-release"
-    loop, port = yaml.YAML(typ="safe").load((result / "loop.yaml").read_text()), 20000 + os.getpid() % 20000
+    loop, port = yaml.YAML(typ="safe").load((result / "loop.yaml").read_text()), 20000 + os.getpid() % 12000
     boot = {"duration_s": 5, "reference": {"kind": "triangle"}, "limits": loop["limits"], "compensator": {"arm": loop["compensator"]["arm"], "friction": {"gravity_N": loop["compensator"]["friction"]["gravity_N"]}}}
     poles = f"actuator_pole_rad_per_s: {loop['plant']['actuator_pole_rad_per_s']:g}, sensor_pole_rad_per_s: {loop['sensor']['pole_rad_per_s']:g}"
     (tmp_path / "boot.yaml").write_text("".join(f"{key}: {json.dumps(value)}\n" for key, value in boot.items()).replace('"', ""))
