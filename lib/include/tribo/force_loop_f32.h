@@ -59,9 +59,10 @@ typedef struct tribo_force_loop_f32_state tribo_force_loop_f32_state_t;
 /// method.
 typedef struct tribo_loop_part
 {
-    /// Computes `params` from `config` while the loop's init runs.
+    /// Computes `params` from `config` while the loop's init runs. In float32 `full_scale_n` is 1.
     tribo_status_t (*make_f32)(const struct tribo_loop_part        *part,
                                const tribo_force_loop_f32_config_t *loop,
+                               float                                full_scale_n,
                                tribo_force_loop_f32_params_t       *made);
     tribo_status_t (*make_q31)(const struct tribo_loop_part        *part,
                                const tribo_force_loop_f32_config_t *loop,

@@ -183,31 +183,20 @@ tribo_status_t tribo_feedforward_f32_init(tribo_feedforward_f32_params_t       *
     return TRIBO_OK;
 }
 
-tribo_status_t tribo_feedforward_f32_make(const tribo_loop_part_t             *part,
-                                          const tribo_force_loop_f32_config_t *loop,
-                                          tribo_force_loop_f32_params_t       *made)
+static tribo_status_t init_for(params_t                             *params,
+                               const tribo_feedforward_f32_config_t *config,
+                               const tribo_force_loop_f32_config_t  *loop,
+                               float                                 full_scale_n,
+                               const loop_params_t                  *made)
 {
-    tribo_feedforward_f32_params_t *const params = (tribo_feedforward_f32_params_t *)part->params;
-
-    const tribo_status_t status = tribo_feedforward_f32_init(params,
-                                                             (const tribo_feedforward_f32_config_t *)part->config,
-                                                             &loop->compensator.arm,
-                                                             &made->compensator.friction,
-                                                             loop->input_max_n,
-                                                             tribo_force_loop_f32_usual_force_n(loop),
-                                                             loop->sample_time_s);
-    if (status == TRIBO_OK)
-    {
-        tribo_feedforward_f32_set_method(params);
-        made->method = &params->method;
-    }
-    return status;
+    (void)full_scale_n;
+    return tribo_feedforward_f32_init(params,
+                                      config,
+                                      &loop->compensator.arm,
+                                      &made->compensator.friction,
+                                      loop->input_max_n,
+                                      tribo_force_loop_f32_usual_force_n(loop),
+                                      loop->sample_time_s);
 }
 
-tribo_loop_part_t tribo_feedforward_f32_use(tribo_feedforward_f32_params_t       *params,
-                                            const tribo_feedforward_f32_config_t *config)
-{
-    tribo_loop_part_t part = {.config = config, .params = params};
-    part.make_f32          = tribo_feedforward_f32_make;
-    return part;
-}
+#include "make.h"

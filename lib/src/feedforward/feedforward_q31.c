@@ -117,37 +117,25 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
     return TRIBO_OK;
 }
 
-tribo_status_t tribo_feedforward_q31_make(const tribo_loop_part_t             *part,
-                                          const tribo_force_loop_f32_config_t *loop,
-                                          float                                full_scale_n,
-                                          tribo_force_loop_q31_params_t       *made)
+static tribo_status_t init_for(params_t                             *params,
+                               const tribo_feedforward_f32_config_t *config,
+                               const tribo_force_loop_f32_config_t  *loop,
+                               float                                 full_scale_n,
+                               const loop_params_t                  *made)
 {
-    tribo_feedforward_q31_params_t *const params = (tribo_feedforward_q31_params_t *)part->params;
-    tribo_friction_f32_params_t           friction;
-
+    tribo_friction_f32_params_t friction;
+    (void)made; // has no friction in newtons
     (void)tribo_friction_f32_init(&friction,
                                   &loop->compensator.friction,
                                   loop->sample_time_s); // cannot fail: the loop's init has accepted it
-    const tribo_status_t status = tribo_feedforward_q31_init(params,
-                                                             (const tribo_feedforward_f32_config_t *)part->config,
-                                                             &loop->compensator.arm,
-                                                             &friction,
-                                                             loop->input_max_n,
-                                                             tribo_force_loop_f32_usual_force_n(loop),
-                                                             loop->sample_time_s,
-                                                             full_scale_n);
-    if (status == TRIBO_OK)
-    {
-        tribo_feedforward_q31_set_method(params);
-        made->method = &params->method;
-    }
-    return status;
+    return tribo_feedforward_q31_init(params,
+                                      config,
+                                      &loop->compensator.arm,
+                                      &friction,
+                                      loop->input_max_n,
+                                      tribo_force_loop_f32_usual_force_n(loop),
+                                      loop->sample_time_s,
+                                      full_scale_n);
 }
 
-tribo_loop_part_t tribo_feedforward_q31_use(tribo_feedforward_q31_params_t       *params,
-                                            const tribo_feedforward_f32_config_t *config)
-{
-    tribo_loop_part_t part = {.config = config, .params = params};
-    part.make_q31          = tribo_feedforward_q31_make;
-    return part;
-}
+#include "make.h"

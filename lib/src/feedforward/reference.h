@@ -20,6 +20,12 @@ typedef LOOP(params_t) loop_params_t;
 /// function of another source needs a table of absolute addresses.
 void FEEDFORWARD(set_method)(params_t *params);
 
+/// Makes the params of a loop's method in the loop's set-up.
+tribo_status_t FEEDFORWARD(make)(const tribo_loop_part_t             *part,
+                                 const tribo_force_loop_f32_config_t *loop,
+                                 float                                full_scale_n,
+                                 loop_params_t                       *made);
+
 /// The method's params: `loop->method` points to their first member.
 static inline const params_t *params_of(const loop_params_t *loop)
 {

@@ -299,6 +299,39 @@ void SENSORLESS(method)(LOOP(functions_t) * functions)
     functions->start = method_start;
 }
 
+static tribo_status_t part_make(const tribo_loop_part_t             *part,
+                                const tribo_force_loop_f32_config_t *loop,
+                                float                                full_scale_n,
+                                loop_params_t                       *made)
+{
+    params_t *const                            params     = (params_t *)part->params;
+    const tribo_sensorless_f32_config_t *const sensorless = (const tribo_sensorless_f32_config_t *)part->sensorless;
+    if (sensorless == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    tribo_status_t status = PARAMETERS_CHECK(tribo_sensorless_parameters, sensorless);
+    if (status == TRIBO_OK)
+    {
+        status = FEEDFORWARD(make)(part, loop, full_scale_n, made);
+    }
+    if (status == TRIBO_OK)
+    {
+        params->trust            = part_exactly(sensorless->belief);
+        params->method.functions = SENSORLESS(method);
+    }
+    return status;
+}
+
+tribo_loop_part_t SENSORLESS(use)(params_t                             *params,
+                                  const tribo_feedforward_f32_config_t *config,
+                                  const tribo_sensorless_f32_config_t  *sensorless)
+{
+    tribo_loop_part_t part = {.config = config, .sensorless = sensorless, .params = params};
+    part.TYPED(make)       = part_make;
+    return part;
+}
+
 // --- the force from u alone ------------------------------------------------------------------------------------------
 
 // Each iteration multiplies the error by the slope of L(F), 0.3 on the paper's rig.

@@ -17,6 +17,11 @@ static bool is_part(float x)
     return within(x, 0.0f, 1.0f);
 }
 
+static part_t part_exactly(float x)
+{
+    return x;
+}
+
 static float number_of_sum(wide_t x)
 {
     return x;
@@ -28,36 +33,4 @@ tribo_sensorless_f32_config_t tribo_sensorless_f32_default(void)
 {
     const tribo_sensorless_f32_config_t standard = {TRIBO_SENSORLESS_PARAMETERS(PARAMETERS_DEFAULT)};
     return standard;
-}
-
-static tribo_status_t part_make(const tribo_loop_part_t             *part,
-                                const tribo_force_loop_f32_config_t *loop,
-                                tribo_force_loop_f32_params_t       *made)
-{
-    const tribo_sensorless_f32_config_t *const sensorless = (const tribo_sensorless_f32_config_t *)part->sensorless;
-    if (sensorless == NULL)
-    {
-        return TRIBO_ERR_NULL;
-    }
-    tribo_status_t status = PARAMETERS_CHECK(tribo_sensorless_parameters, sensorless);
-    if (status == TRIBO_OK)
-    {
-        status = tribo_feedforward_f32_make(part, loop, made);
-    }
-    if (status == TRIBO_OK)
-    {
-        params_t *const params   = (params_t *)part->params;
-        params->trust            = sensorless->belief;
-        params->method.functions = tribo_sensorless_f32_method;
-    }
-    return status;
-}
-
-tribo_loop_part_t tribo_sensorless_f32_use(tribo_feedforward_f32_params_t       *params,
-                                           const tribo_feedforward_f32_config_t *config,
-                                           const tribo_sensorless_f32_config_t  *sensorless)
-{
-    tribo_loop_part_t part = {.config = config, .sensorless = sensorless, .params = params};
-    part.make_f32          = part_make;
-    return part;
 }

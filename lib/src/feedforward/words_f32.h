@@ -147,9 +147,4 @@ static inline void show(tribo_force_loop_f32_signals_t *seen, force_t u, force_t
     seen->compensator.friction.f_n = f;
 }
 
-/// Makes the params of a loop's method in the loop's set-up. tribo_feedforward_f32_use names it.
-tribo_status_t tribo_feedforward_f32_make(const tribo_loop_part_t             *part,
-                                          const tribo_force_loop_f32_config_t *loop,
-                                          tribo_force_loop_f32_params_t       *made);
-
 #endif

@@ -201,10 +201,4 @@ static inline void show(tribo_force_loop_q31_signals_t *seen, force_t u, force_t
     seen->compensator.friction.f = outside(f);
 }
 
-/// Makes the params of a loop's method in the loop's set-up. tribo_feedforward_q31_use names it.
-tribo_status_t tribo_feedforward_q31_make(const tribo_loop_part_t             *part,
-                                          const tribo_force_loop_f32_config_t *loop,
-                                          float                                full_scale_n,
-                                          tribo_force_loop_q31_params_t       *made);
-
 #endif

@@ -9,6 +9,8 @@
 
 #include <stddef.h>
 
+#include "parts.h"
+
 #define PI_MAX 1.0e5f // largest kp, and largest ki_per_s
 
 #define ROW(...) PARAMETERS_ROW(tribo_force_loop_f32_config_t, __VA_ARGS__)
@@ -140,22 +142,16 @@ static tribo_status_t make_for_method(tribo_force_loop_f32_params_t       *made,
                               : status;
 }
 
-tribo_status_t tribo_force_loop_f32_prepare(tribo_force_loop_f32_params_t       *params,
+tribo_status_t tribo_force_loop_f32_prepare(tribo_force_loop_f32_params_t       *made,
                                             const tribo_force_loop_f32_config_t *config,
                                             tribo_controller_f32_config_t       *controller,
                                             tribo_biquad_f32_section_t          *section)
 {
-    tribo_force_loop_f32_params_t made;
-    tribo_status_t status = make_controller(&made, config, tribo_force_loop_f32_make_sections, controller, section);
-    if (status == TRIBO_OK)
-    {
-        status = tribo_compensator_f32_init(&made.compensator, &config->compensator, config->sample_time_s);
-    }
-    if (status == TRIBO_OK)
-    {
-        *params = made;
-    }
-    return status;
+    const tribo_status_t status =
+        make_controller(made, config, tribo_force_loop_f32_make_sections, controller, section);
+    return status == TRIBO_OK
+               ? tribo_compensator_f32_init(&made->compensator, &config->compensator, config->sample_time_s)
+               : status;
 }
 
 tribo_status_t tribo_force_loop_f32_prepare_method(tribo_force_loop_f32_params_t       *params,
@@ -164,35 +160,6 @@ tribo_status_t tribo_force_loop_f32_prepare_method(tribo_force_loop_f32_params_t
                                                    tribo_biquad_f32_section_t          *section)
 {
     return make_for_method(params, config, tribo_force_loop_f32_make_sections, controller, section);
-}
-
-/// Makes a method or a guard. Returns TRIBO_OK if the config names none.
-static tribo_status_t make_part(const tribo_loop_part_t             *part,
-                                const tribo_force_loop_f32_config_t *config,
-                                tribo_force_loop_f32_params_t       *made)
-{
-    if (part->make_f32 != NULL)
-    {
-        return part->make_f32(part, config, made);
-    }
-    return part->make_q31 == NULL ? TRIBO_OK : TRIBO_ERR_PART;
-}
-
-/// Completes `made` by the method and the guard, and writes it to `params`.
-static tribo_status_t finish(tribo_force_loop_f32_params_t       *params,
-                             const tribo_force_loop_f32_config_t *config,
-                             tribo_force_loop_f32_params_t       *made)
-{
-    tribo_status_t status = make_part(&config->method, config, made);
-    if (status == TRIBO_OK)
-    {
-        status = make_part(&config->guard.part, config, made);
-    }
-    if (status == TRIBO_OK)
-    {
-        *params = *made;
-    }
-    return status;
 }
 
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
@@ -205,19 +172,26 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
     tribo_force_loop_f32_params_t made;
     tribo_controller_f32_config_t controller;
     tribo_biquad_f32_section_t    section;
-    const tribo_status_t          status = tribo_force_loop_f32_prepare(&made, config, &controller, &section);
-    return status == TRIBO_OK ? finish(params, config, &made) : status;
+    tribo_status_t                status = tribo_force_loop_f32_prepare(&made, config, &controller, &section);
+    if (status == TRIBO_OK)
+    {
+        status = make_parts(config, 1.0f, &made);
+    }
+    if (status == TRIBO_OK)
+    {
+        *params = made;
+    }
+    return status;
 }
 
-tribo_status_t tribo_force_loop_f32_init_method(tribo_force_loop_f32_params_t       *params,
+tribo_status_t tribo_force_loop_f32_init_method(tribo_force_loop_f32_params_t       *made,
                                                 const tribo_force_loop_f32_config_t *config,
                                                 tribo_controller_f32_make_t         *make)
 {
-    tribo_force_loop_f32_params_t made;
     tribo_controller_f32_config_t controller;
     tribo_biquad_f32_section_t    section;
-    const tribo_status_t          status = make_for_method(&made, config, make, &controller, &section);
-    return status == TRIBO_OK ? finish(params, config, &made) : status;
+    const tribo_status_t          status = make_for_method(made, config, make, &controller, &section);
+    return status == TRIBO_OK ? make_parts(config, 1.0f, made) : status;
 }
 
 #include "step.h"

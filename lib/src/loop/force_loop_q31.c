@@ -7,17 +7,7 @@
 #include "loop_q31.h"
 #include "prepare.h"
 
-/// Makes a method or a guard. Returns TRIBO_OK if the config names none.
-static tribo_status_t make_part(const tribo_loop_part_t             *part,
-                                const tribo_force_loop_q31_config_t *config,
-                                tribo_force_loop_q31_params_t       *made)
-{
-    if (part->make_q31 != NULL)
-    {
-        return part->make_q31(part, &config->loop, config->full_scale_n, made);
-    }
-    return part->make_f32 == NULL ? TRIBO_OK : TRIBO_ERR_PART;
-}
+#include "parts.h"
 
 /// Makes what every method needs from the controller and the gain that the set-up in float32 has accepted.
 static tribo_status_t make_controller(tribo_force_loop_q31_params_t       *made,
@@ -65,23 +55,6 @@ static tribo_status_t prepare(tribo_force_loop_q31_params_t       *made,
                                                            config->full_scale_n);
 }
 
-/// Completes `made` by the method and the guard, and writes it to `params`.
-static tribo_status_t finish(tribo_force_loop_q31_params_t       *params,
-                             const tribo_force_loop_q31_config_t *config,
-                             tribo_force_loop_q31_params_t       *made)
-{
-    tribo_status_t status = make_part(&config->loop.method, config, made);
-    if (status == TRIBO_OK)
-    {
-        status = make_part(&config->loop.guard.part, config, made);
-    }
-    if (status == TRIBO_OK)
-    {
-        *params = *made;
-    }
-    return status;
-}
-
 tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
                                          const tribo_force_loop_q31_config_t *config)
 {
@@ -94,7 +67,11 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     tribo_status_t                status = prepare(&made, config, &headroom);
     if (status == TRIBO_OK)
     {
-        status = finish(params, config, &made);
+        status = make_parts(&config->loop, config->full_scale_n, &made);
+    }
+    if (status == TRIBO_OK)
+    {
+        *params = made;
     }
     if (status == TRIBO_OK && config->headroom != NULL)
     {
@@ -103,12 +80,11 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     return status;
 }
 
-tribo_status_t tribo_force_loop_q31_init_method(tribo_force_loop_q31_params_t       *params,
+tribo_status_t tribo_force_loop_q31_init_method(tribo_force_loop_q31_params_t       *made,
                                                 const tribo_force_loop_q31_config_t *config)
 {
     const tribo_force_loop_f32_config_t *const loop = &config->loop;
     tribo_headroom_q31_t                       headroom;
-    tribo_force_loop_q31_params_t              made;
     tribo_force_loop_f32_params_t              f32;
     tribo_controller_f32_config_t              controller;
     tribo_biquad_f32_section_t                 section;
@@ -116,17 +92,17 @@ tribo_status_t tribo_force_loop_q31_init_method(tribo_force_loop_q31_params_t   
     tribo_status_t status = tribo_force_loop_f32_prepare_method(&f32, loop, &controller, &section);
     if (status == TRIBO_OK)
     {
-        status = make_controller(&made, config, &controller, &headroom);
+        status = make_controller(made, config, &controller, &headroom);
     }
     if (status == TRIBO_OK)
     {
-        status = tribo_friction_q31_init(&made.compensator.friction,
+        status = tribo_friction_q31_init(&made->compensator.friction,
                                          NULL,
                                          &loop->compensator.friction,
                                          loop->sample_time_s,
                                          config->full_scale_n);
     }
-    return status == TRIBO_OK ? finish(params, config, &made) : status;
+    return status == TRIBO_OK ? make_parts(loop, config->full_scale_n, made) : status;
 }
 
 #include "step.h"

@@ -25,7 +25,7 @@ tribo_guard_f32_config_t tribo_guard_f32_tuned(float breakaway_n, float lag_s, f
     return (tribo_guard_f32_config_t){.turn_n       = breakaway_n / 3.14f,
                                       .quick_time_s = quick < 1.0e3f ? quick : 1.0e3f,
                                       .stray_n      = larger(breakaway_n / 15.7f, 8.0f * noise_n),
-                                      .fade_time_s  = tribo_guard_f32_default().fade_time_s};
+                                      .fade_time_s  = tribo_guard_parameters[3].standard}; // of the row fade_time_s
 }
 
 tribo_status_t tribo_guard_f32_init(tribo_guard_f32_params_t       *params,
@@ -75,21 +75,6 @@ tribo_status_t tribo_guard_f32_prepare(tribo_guard_f32_params_t       *params,
     return TRIBO_OK;
 }
 
-static tribo_status_t part_make(const tribo_loop_part_t             *part,
-                                const tribo_force_loop_f32_config_t *loop,
-                                tribo_force_loop_f32_params_t       *made)
-{
-    made->guard = (const guard_params_t *)part->params;
-    return tribo_guard_f32_init((guard_params_t *)part->params,
-                                (const tribo_guard_f32_config_t *)part->config,
-                                loop->sample_time_s);
-}
-
-tribo_loop_guard_t tribo_guard_f32_use(guard_params_t *params, const tribo_guard_f32_config_t *config)
-{
-    tribo_loop_guard_t guard = {.part = {.config = config, .params = params}};
-    guard.part.make_f32      = part_make;
-    return guard;
-}
+#define guard_init(params, config, sample_time_s, full_scale_n) tribo_guard_f32_init(params, config, sample_time_s)
 
 #include "guard_step.h"

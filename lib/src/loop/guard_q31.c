@@ -46,23 +46,6 @@ tribo_status_t tribo_guard_q31_init(tribo_guard_q31_params_t       *params,
     return TRIBO_OK;
 }
 
-static tribo_status_t part_make(const tribo_loop_part_t             *part,
-                                const tribo_force_loop_f32_config_t *loop,
-                                float                                full_scale_n,
-                                tribo_force_loop_q31_params_t       *made)
-{
-    made->guard = (const guard_params_t *)part->params;
-    return tribo_guard_q31_init((guard_params_t *)part->params,
-                                (const tribo_guard_f32_config_t *)part->config,
-                                loop->sample_time_s,
-                                full_scale_n);
-}
-
-tribo_loop_guard_t tribo_guard_q31_use(guard_params_t *params, const tribo_guard_f32_config_t *config)
-{
-    tribo_loop_guard_t guard = {.part = {.config = config, .params = params}};
-    guard.part.make_q31      = part_make;
-    return guard;
-}
+#define guard_init tribo_guard_q31_init
 
 #include "guard_step.h"

@@ -3,6 +3,7 @@
 #define guard_reset   NAME(guard, reset)
 #define guard_restore NAME(guard, restore)
 #define guard_step    NAME(guard, step)
+#define guard_use     NAME(guard, use)
 
 void guard_reset(guard_state_t *state)
 {
@@ -30,4 +31,22 @@ fade_t guard_step(const guard_params_t *params, guard_state_t *state, force_t r,
     }
     state->fade = guard_next_fade(state->fade, params->fade_step, state->cause == TRIBO_GUARD_NONE);
     return state->fade;
+}
+
+static tribo_status_t part_make(const tribo_loop_part_t             *part,
+                                const tribo_force_loop_f32_config_t *loop,
+                                float                                full_scale_n,
+                                NAME(force_loop, params_t) * made)
+{
+    guard_params_t *const params = (guard_params_t *)part->params;
+    made->guard                  = params;
+    (void)full_scale_n; // not used in float32
+    return guard_init(params, (const tribo_guard_f32_config_t *)part->config, loop->sample_time_s, full_scale_n);
+}
+
+tribo_loop_guard_t guard_use(guard_params_t *params, const tribo_guard_f32_config_t *config)
+{
+    tribo_loop_guard_t guard = {.part = {.config = config, .params = params}};
+    guard.part.TYPED(make)   = part_make;
+    return guard;
 }

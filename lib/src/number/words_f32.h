@@ -10,6 +10,7 @@
 #define NAME(noun, name)  tribo_##noun##_f32_##name
 #define INNER(noun, name) noun##_f32_##name ///< a name from a private header
 #define OF(member)        member##_n        ///< a member that holds a force
+#define TYPED(member)     member##_f32      ///< a member that each arithmetic has of its own
 
 typedef float force_t; ///< N
 typedef float wide_t;  ///< a sum or a product that needs more than 32 bits in Q31

@@ -15,6 +15,7 @@
 #define NAME(noun, name)  tribo_##noun##_q31_##name
 #define INNER(noun, name) noun##_q31_##name
 #define OF(member)        member
+#define TYPED(member)     member##_q31
 
 typedef int32_t  force_t; ///< Q31
 typedef int64_t  wide_t;  ///< a sum or a product that needs more than 32 bits
