@@ -31,11 +31,6 @@ typedef struct
     force_t load; ///< D, the part that does not reverse, less gravity
 } prior_t;
 
-static inline force_t size_of(force_t x)
-{
-    return magnitude(x);
-}
-
 /// True if |x| <= most. False for a NaN.
 static inline bool is_credible(force_t x, force_t most)
 {

@@ -43,12 +43,6 @@ typedef struct
     force_t load; ///< D, the part that does not reverse, less gravity, within FS
 } prior_t;
 
-static inline force_t size_of(force_t x)
-{
-    const uint32_t size = tribo_q31_magnitude(x);
-    return size < (uint32_t)INT32_MAX ? (force_t)size : INT32_MAX;
-}
-
 static inline bool is_credible(force_t x, force_t most)
 {
     return tribo_q31_magnitude(x) <= (uint32_t)most || most == INT32_MAX;

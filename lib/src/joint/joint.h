@@ -7,6 +7,10 @@
 #define joint_load    NAME(joint, load)
 #define joint_rest    NAME(joint, rest)
 #define joint_restore NAME(joint, restore)
+#define joint_init    NAME(joint, init)
+#define joint_gain    NAME(joint, gain)
+#define joint_force   NAME(joint, force)
+#define joint_report  NAME(joint, report)
 
 typedef NAME(joint, t) joint_t;
 typedef NAME(joint, params_t) joint_params_t;
@@ -17,16 +21,11 @@ static int8_t sign_of(way_t x)
     return (int8_t)((x > 0) - (x < 0));
 }
 
-static force_t size_of(force_t x)
-{
-    return x < 0 ? -x : x;
-}
-
 /// Moves a play by `moved`. Returns the side to which the play is pushed, or 0 while the motion stays within it.
 static int8_t push(way_t *slack, way_t moved, way_t half)
 {
-    const way_t wanted = way_plus(*slack, moved);
-    if (!way_beyond(wanted, half))
+    const way_t wanted = plus(*slack, moved);
+    if (!beyond(wanted, half))
     {
         *slack = wanted;
         return 0;
@@ -51,7 +50,7 @@ static void note_loop(joint_t *x, force_t effort, way_t off)
     {
         x->alive = x->params.rest_ticks;
     }
-    else if (x->alive > 0u && way_beyond(off, JOINT_DEADBAND * x->params.half))
+    else if (x->alive > 0u && beyond(off, JOINT_DEADBAND * x->params.half))
     {
         x->alive--;
     }
@@ -81,7 +80,7 @@ static void direct(joint_t *x, way_t intended, way_t off, force_t effort)
         x->sign = x->intended;
         return;
     }
-    x->is_off         = way_beyond(off, JOINT_DEADBAND * half);
+    x->is_off         = beyond(off, JOINT_DEADBAND * half);
     const int8_t back = x->is_off != 0u ? sign_of(off) : x->sign;
     if (back != x->sign)
     {
@@ -107,8 +106,8 @@ static long_t overshoot(const joint_t *x)
 /// peak speed, and more than an overshoot.
 static void guard(joint_t *x, way_t intended, way_t measured, way_t off)
 {
-    const way_t ahead    = x->sign > 0 ? way_plus(measured, -intended) : way_plus(intended, -measured);
-    const way_t sum      = way_plus(x->astray, ahead);
+    const way_t ahead    = x->sign > 0 ? plus(measured, -intended) : plus(intended, -measured);
+    const way_t sum      = plus(x->astray, ahead);
     const bool  is_ahead = x->sign > 0 ? off < 0 : x->sign < 0 && off > 0;
     x->astray            = is_ahead && sum > 0 ? sum : 0;
     if (x->astray > JOINT_ASTRAY * x->params.half &&
@@ -291,7 +290,7 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
     }
     if (x->still == 0u)
     {
-        slide->asked[x->intended > 0] += way_size(intended);
+        slide->asked[x->intended > 0] += size_of(intended);
     }
     if (slide->ticks == JOINT_TICKS_MAX || is_too_long(slide))
     {
@@ -299,7 +298,7 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
         forget_if(x, is_no_number(slide->moved));
         return;
     }
-    const way_t  speed = way_size(slide->moved);
+    const way_t  speed = size_of(slide->moved);
     const long_t work  = work_of(slide->effort, slide->moved);
     slide->ticks++;
     slide->follows = slide->follows != 0u || off != 0 ? 1u : 0u;
@@ -350,11 +349,12 @@ static force_t term_of(joint_t *x, force_t effort)
 {
     const joint_params_t *const params = &x->params;
 
-    const force_t known = x->learned != 0u ? x->friction : x->friction / JOINT_UNLEARNED;
-    const fade_t  gain  = x->slide.follows != 0u ? params->gain : params->led;
-    x->level            = force_track(x->level, faded_by(known, gain), params->level_part);
-    x->share            = fade_step(x->share, x->cause == TRIBO_JOINT_SOUND, params->fade_step);
-    x->kept             = force_track(x->kept, 0, params->level_part);
+    const force_t known    = x->learned != 0u ? x->friction : x->friction / JOINT_UNLEARNED;
+    const fade_t  gain     = x->slide.follows != 0u ? params->gain : params->led;
+    const bool    is_sound = x->cause == TRIBO_JOINT_SOUND;
+    x->level               = force_track(x->level, faded_by(known, gain), params->level_part);
+    x->share               = next_fade(x->share, is_sound ? params->fade_step / 8 : params->fade_step, is_sound);
+    x->kept                = force_track(x->kept, 0, params->level_part);
 
     const force_t most = plus(faded_by(x->level, params->jump), SMALLEST);
     const force_t next = plus(x->term, within_of(minus(wanted_term(x, effort), x->term), -most, most));
@@ -383,7 +383,7 @@ static force_t limited(joint_t *x, long_t sum, force_t effort)
 static way_t motion(joint_t *x, position_t now, position_t before)
 {
     const way_t moved = way_between(&x->params, now, before);
-    if (way_beyond(moved, x->params.fastest))
+    if (beyond(moved, x->params.fastest))
     {
         x->slide.ticks = JOINT_TICKS_MAX;
         return 0;
@@ -460,4 +460,63 @@ void joint_restore(joint_t *joint)
     joint->turns   = 0;
     joint->against = 0;
     joint->astray  = 0;
+}
+
+tribo_status_t joint_gain(joint_t *joint, float gain)
+{
+    if (!within(gain, 0.0f, 1.0f))
+    {
+        return TRIBO_ERR_JOINT_GAIN;
+    }
+    joint->params.gain = part_of(gain);
+    joint->params.led  = part_of(tribo_joint_led(gain));
+    return TRIBO_OK;
+}
+
+tribo_status_t joint_init(joint_t *joint, const tribo_joint_config_t *config)
+{
+    if (joint == NULL || config == NULL)
+    {
+        return TRIBO_ERR_NULL;
+    }
+    const tribo_status_t status = check_config(config);
+    if (status != TRIBO_OK)
+    {
+        return status;
+    }
+    const joint_rates_t rates = tribo_joint_config_rates(config);
+    *joint                    = (joint_t){.params = {.jump          = part_of(rates.jump),
+                                                     .level_part    = part_of(rates.level_part),
+                                                     .observer_part = part_of(rates.observer_part),
+                                                     .actuator_part = part_of(rates.actuator_part),
+                                                     .fade_step     = part_of(rates.fade_step),
+                                                     .rest_ticks    = rates.rest_ticks},
+                                          .made   = 1,
+                                          .share  = ALL,
+                                          .still  = rates.rest_ticks,
+                                          .alive  = rates.rest_ticks};
+    set_units(joint, config);
+    return joint_gain(joint, config->gain);
+}
+
+tribo_joint_force_t joint_force(const joint_t *joint)
+{
+    return tribo_joint_force_of(in_units(joint, joint->slide.effort),
+                                in_units(joint, joint->friction),
+                                (float)joint->direction / (float)DIRECTION_ONE,
+                                joint->learned != 0u ? 0.0f : in_units(joint, joint->params.effort_max));
+}
+
+void joint_report(const joint_t *joint, tribo_joint_report_t *report)
+{
+    *report = tribo_joint_report_of(in_units(joint, joint->friction),
+                                    in_units(joint, joint->spread),
+                                    joint->learned != 0u,
+                                    in_units(joint, joint->params.effort_max));
+
+    report->load          = in_units(joint, joint->offset);
+    report->share         = (float)joint->share * SHARE_UNIT;
+    report->cause         = (tribo_joint_cause_t)joint->cause;
+    report->bad_inputs    = joint->bad_inputs;
+    report->limited_ticks = joint->limited_ticks;
 }

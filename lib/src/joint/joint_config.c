@@ -59,7 +59,7 @@ joint_rates_t tribo_joint_config_rates(const tribo_joint_config_t *config)
                                                    h),
                            .actuator_part = pole > 0.0f ? first_order_f32_part(limit_f32(pole * h, 0.0f, 50.0f)) : 1.0f,
                            .fade_step     = limit_f32(h / JOINT_FADE_TIME, 0.0f, 1.0f),
-                           .rest_ticks    = larger(JOINT_REST_TIME / h, 4.0f)};
+                           .rest_ticks    = (uint32_t)larger(JOINT_REST_TIME / h, 4.0f)};
 }
 
 tribo_joint_force_t tribo_joint_force_of(float effort, float friction, float direction, float more)

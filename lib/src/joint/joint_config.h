@@ -37,8 +37,8 @@
 /// In ticks, or as a fraction of a tick.
 typedef struct
 {
-    float jump, level_part, observer_part, actuator_part, fade_step;
-    float rest_ticks;
+    float    jump, level_part, observer_part, actuator_part, fade_step;
+    uint32_t rest_ticks;
 } joint_rates_t;
 
 /// TRIBO_OK, or the status of the first wrong field.

@@ -10,10 +10,14 @@ typedef float position_t;
 typedef float way_t;
 typedef float long_t;
 
-#define SMALLEST     1.0e-30f
-#define POSITION_MAX 1.0e9f
-#define TURNS_MAX    8.0e6f // a float beyond has no fraction
-#define EFFORT_MAX   1.0e9f
+#define SMALLEST      1.0e-30f
+#define POSITION_MAX  1.0e9f
+#define TURNS_MAX     8.0e6f // a float beyond has no fraction
+#define EFFORT_MAX    1.0e9f
+#define DIRECTION_ONE 1.0f
+#define SHARE_UNIT    1.0f
+
+#define check_config tribo_joint_config_check
 
 static inline bool position_is_bad(position_t q)
 {
@@ -35,21 +39,6 @@ static inline way_t way_between(const tribo_joint_f32_params_t *params, position
     }
     const float turns = limit_f32(way * params->per_wrap, -TURNS_MAX, TURNS_MAX);
     return way - params->wrap * (float)(int32_t)(turns + (turns < 0.0f ? -0.5f : 0.5f));
-}
-
-static inline way_t way_plus(way_t a, way_t b)
-{
-    return a + b;
-}
-
-static inline way_t way_size(way_t x)
-{
-    return magnitude(x);
-}
-
-static inline bool way_beyond(way_t x, way_t most)
-{
-    return exceeds(x, most);
 }
 
 static inline way_t way_track(way_t x, way_t input, float part)
@@ -108,77 +97,28 @@ static inline force_t halved(force_t size, uint32_t times)
     return size;
 }
 
-static inline fade_t fade_step(fade_t share, bool rises, fade_t step)
+static float part_of(float x)
 {
-    const fade_t next = rises ? share + 0.125f * step : share - step;
-    if (rises)
-    {
-        return next < 1.0f ? next : 1.0f;
-    }
-    return next > 0.0f ? next : 0.0f;
+    return x;
+}
+
+/// An effort in the config's unit.
+static float in_units(const tribo_joint_f32_t *joint, force_t effort)
+{
+    (void)joint;
+    return effort;
+}
+
+static void set_units(tribo_joint_f32_t *joint, const tribo_joint_config_t *config)
+{
+    tribo_joint_f32_params_t *const params = &joint->params;
+
+    joint->friction    = config->breakaway;
+    params->effort_max = config->effort_max;
+    params->half       = 0.5f * config->travel;
+    params->fastest    = JOINT_FASTEST * config->travel;
+    params->wrap       = config->wrap;
+    params->per_wrap   = config->wrap > 0.0f ? 1.0f / config->wrap : 0.0f;
 }
 
 #include "joint.h"
-
-tribo_status_t tribo_joint_f32_init(tribo_joint_f32_t *joint, const tribo_joint_config_t *config)
-{
-    if (joint == NULL || config == NULL)
-    {
-        return TRIBO_ERR_NULL;
-    }
-    const tribo_status_t status = tribo_joint_config_check(config);
-    if (status != TRIBO_OK)
-    {
-        return status;
-    }
-    const joint_rates_t rates = tribo_joint_config_rates(config);
-    *joint                    = (tribo_joint_f32_t){.params   = {.effort_max    = config->effort_max,
-                                                                 .half          = 0.5f * config->travel,
-                                                                 .fastest       = JOINT_FASTEST * config->travel,
-                                                                 .wrap          = config->wrap,
-                                                                 .per_wrap      = config->wrap > 0.0f ? 1.0f / config->wrap : 0.0f,
-                                                                 .gain          = config->gain,
-                                                                 .led           = tribo_joint_led(config->gain),
-                                                                 .jump          = rates.jump,
-                                                                 .level_part    = rates.level_part,
-                                                                 .observer_part = rates.observer_part,
-                                                                 .actuator_part = rates.actuator_part,
-                                                                 .fade_step     = rates.fade_step,
-                                                                 .rest_ticks    = (uint32_t)rates.rest_ticks},
-                                                    .made     = 1,
-                                                    .share    = 1.0f,
-                                                    .friction = config->breakaway,
-                                                    .still    = (uint32_t)rates.rest_ticks,
-                                                    .alive    = (uint32_t)rates.rest_ticks};
-    return TRIBO_OK;
-}
-
-tribo_status_t tribo_joint_f32_gain(tribo_joint_f32_t *joint, float gain)
-{
-    if (!within(gain, 0.0f, 1.0f))
-    {
-        return TRIBO_ERR_JOINT_GAIN;
-    }
-    joint->params.gain = gain;
-    joint->params.led  = tribo_joint_led(gain);
-    return TRIBO_OK;
-}
-
-tribo_joint_force_t tribo_joint_f32_force(const tribo_joint_f32_t *joint)
-{
-    return tribo_joint_force_of(joint->slide.effort,
-                                joint->friction,
-                                joint->direction,
-                                joint->learned != 0u ? 0.0f : joint->params.effort_max);
-}
-
-void tribo_joint_f32_report(const tribo_joint_f32_t *joint, tribo_joint_report_t *report)
-{
-    *report = tribo_joint_report_of(joint->friction, joint->spread, joint->learned != 0u, joint->params.effort_max);
-
-    report->load          = joint->offset;
-    report->share         = joint->share;
-    report->cause         = (tribo_joint_cause_t)joint->cause;
-    report->bad_inputs    = joint->bad_inputs;
-    report->limited_ticks = joint->limited_ticks;
-}

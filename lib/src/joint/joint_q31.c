@@ -20,6 +20,7 @@ typedef int64_t long_t;
 #define WORK_SHIFT    23
 #define DIRECTION_ONE (1 << 30)
 #define EFFORT_UNIT   (1.0f / 2147483648.0f)
+#define SHARE_UNIT    (0.5f * EFFORT_UNIT)
 
 static inline bool position_is_bad(position_t q)
 {
@@ -44,21 +45,6 @@ static inline way_t way_between(const tribo_joint_q31_params_t *params, position
         counts -= exceeds_q31(counts, wrap / 2) ? (counts < 0 ? -wrap : wrap) : 0;
     }
     return COUNT * limit_q31(counts, -WAY_MAX / COUNT, WAY_MAX / COUNT);
-}
-
-static inline way_t way_plus(way_t a, way_t b)
-{
-    return plus(a, b);
-}
-
-static inline way_t way_size(way_t x)
-{
-    return x < 0 ? -x : x;
-}
-
-static inline bool way_beyond(way_t x, way_t most)
-{
-    return exceeds_q31(x, most);
 }
 
 /// By a unit at least: what a low pass stops short of would be a motion for ever.
@@ -130,24 +116,18 @@ static inline force_t halved(force_t size, uint32_t times)
     return size >> times;
 }
 
-static inline fade_t fade_step(fade_t share, bool rises, fade_t step)
+static uint32_t part_of(float x)
 {
-    const fade_t by = rises ? step / 8u : step;
-    if (rises)
-    {
-        return share < ALL - by ? share + by : ALL;
-    }
-    return share > by ? share - by : 0u;
+    return fixed_unsigned(x, 32);
 }
 
-#include "joint.h"
-
-tribo_status_t tribo_joint_q31_init(tribo_joint_q31_t *joint, const tribo_joint_config_t *config)
+static float in_units(const tribo_joint_q31_t *joint, force_t effort)
 {
-    if (joint == NULL || config == NULL)
-    {
-        return TRIBO_ERR_NULL;
-    }
+    return (float)effort * EFFORT_UNIT * joint->params.unit;
+}
+
+static tribo_status_t check_config(const tribo_joint_config_t *config)
+{
     const tribo_status_t status = tribo_joint_config_check(config);
     if (status != TRIBO_OK)
     {
@@ -157,68 +137,19 @@ tribo_status_t tribo_joint_q31_init(tribo_joint_q31_t *joint, const tribo_joint_
     {
         return TRIBO_ERR_JOINT_TRAVEL;
     }
-    if (config->wrap != (float)(int32_t)config->wrap)
-    {
-        return TRIBO_ERR_JOINT_WRAP;
-    }
-    const joint_rates_t rates = tribo_joint_config_rates(config);
-    const int32_t       half  = (int32_t)(0.5f * config->travel * (float)COUNT);
-    *joint                    = (tribo_joint_q31_t){.params   = {.effort_max    = INT32_MAX,
-                                                                 .half          = half,
-                                                                 .fastest       = half < WAY_MAX / 2000 ? 2000 * half : WAY_MAX - 1,
-                                                                 .gain          = fixed_unsigned(config->gain, 32),
-                                                                 .led           = fixed_unsigned(tribo_joint_led(config->gain), 32),
-                                                                 .jump          = fixed_unsigned(rates.jump, 32),
-                                                                 .level_part    = fixed_unsigned(rates.level_part, 32),
-                                                                 .observer_part = fixed_unsigned(rates.observer_part, 32),
-                                                                 .actuator_part = fixed_unsigned(rates.actuator_part, 32),
-                                                                 .fade_step     = fixed_unsigned(rates.fade_step, 32),
-                                                                 .rest_ticks    = (uint32_t)rates.rest_ticks,
-                                                                 .wrap          = (int32_t)config->wrap,
-                                                                 .unit          = config->effort_max},
-                                                    .made     = 1,
-                                                    .share    = ALL,
-                                                    .friction = fixed_force(config->breakaway, config->effort_max),
-                                                    .still    = (uint32_t)rates.rest_ticks,
-                                                    .alive    = (uint32_t)rates.rest_ticks};
-    return TRIBO_OK;
+    return config->wrap == (float)(int32_t)config->wrap ? TRIBO_OK : TRIBO_ERR_JOINT_WRAP;
 }
 
-tribo_status_t tribo_joint_q31_gain(tribo_joint_q31_t *joint, float gain)
+static void set_units(tribo_joint_q31_t *joint, const tribo_joint_config_t *config)
 {
-    if (!within(gain, 0.0f, 1.0f))
-    {
-        return TRIBO_ERR_JOINT_GAIN;
-    }
-    joint->params.gain = fixed_unsigned(gain, 32);
-    joint->params.led  = fixed_unsigned(tribo_joint_led(gain), 32);
-    return TRIBO_OK;
+    tribo_joint_q31_params_t *const params = &joint->params;
+
+    joint->friction    = fixed_force(config->breakaway, config->effort_max);
+    params->effort_max = INT32_MAX;
+    params->half       = (int32_t)(0.5f * config->travel * (float)COUNT);
+    params->fastest    = params->half < WAY_MAX / 2000 ? 2000 * params->half : WAY_MAX - 1;
+    params->wrap       = (int32_t)config->wrap;
+    params->unit       = config->effort_max;
 }
 
-static float effort_of(const tribo_joint_q31_t *joint, int32_t x)
-{
-    return (float)x * EFFORT_UNIT * joint->params.unit;
-}
-
-tribo_joint_force_t tribo_joint_q31_force(const tribo_joint_q31_t *joint)
-{
-    const float effort = effort_of(joint, joint->slide.effort);
-    return tribo_joint_force_of(effort,
-                                effort_of(joint, joint->friction),
-                                (float)joint->direction / (float)DIRECTION_ONE,
-                                joint->learned != 0u ? 0.0f : joint->params.unit);
-}
-
-void tribo_joint_q31_report(const tribo_joint_q31_t *joint, tribo_joint_report_t *report)
-{
-    *report = tribo_joint_report_of(effort_of(joint, joint->friction),
-                                    effort_of(joint, joint->spread),
-                                    joint->learned != 0u,
-                                    joint->params.unit);
-
-    report->load          = effort_of(joint, joint->offset);
-    report->share         = (float)joint->share * (0.5f * EFFORT_UNIT);
-    report->cause         = (tribo_joint_cause_t)joint->cause;
-    report->bad_inputs    = joint->bad_inputs;
-    report->limited_ticks = joint->limited_ticks;
-}
+#include "joint.h"

@@ -40,12 +40,6 @@ static inline wide_t guard_work(const tribo_guard_f32_state_t *state, force_t r,
     return state->work + f * ((y - state->y_n) - 2.0f * (r - state->r_n));
 }
 
-/// The fade of the next tick, up or down by `step`.
-static inline fade_t guard_next_fade(fade_t fade, fade_t step, bool up)
-{
-    return limit_f32(fade + (up ? step : -step), 0.0f, 1.0f);
-}
-
 #include "guard.h"
 
 #endif

@@ -49,14 +49,6 @@ static inline wide_t guard_work(const tribo_guard_q31_state_t *state, force_t r,
     return (int64_t)((uint64_t)state->work + (uint64_t)tribo_q31_shift(tribo_q31_multiply(f, moved), 14));
 }
 
-/// The fade of the next tick, up or down by `step`.
-static inline fade_t guard_next_fade(fade_t fade, fade_t step, bool up)
-{
-    const fade_t room = up ? ~fade : fade;
-    const fade_t by   = step < room ? step : room;
-    return up ? fade + by : fade - by;
-}
-
 #include "guard.h"
 
 #endif

@@ -29,7 +29,7 @@ fade_t guard_step(const guard_params_t *params, guard_state_t *state, force_t r,
     {
         guard_watch(params, state, r, y, f);
     }
-    state->fade = guard_next_fade(state->fade, params->fade_step, state->cause == TRIBO_GUARD_NONE);
+    state->fade = next_fade(state->fade, params->fade_step, state->cause == TRIBO_GUARD_NONE);
     return state->fade;
 }
 

@@ -28,6 +28,11 @@ static inline force_t minus(force_t a, force_t b)
     return a - b;
 }
 
+static inline force_t size_of(force_t x)
+{
+    return magnitude(x);
+}
+
 static inline force_t narrow(wide_t x)
 {
     return x;
@@ -46,6 +51,12 @@ static inline force_t within_of(force_t x, force_t low, force_t high)
 static inline force_t faded_by(force_t f, fade_t fade)
 {
     return f * fade;
+}
+
+/// The fade of the next tick, up or down by `step`.
+static inline fade_t next_fade(fade_t fade, fade_t step, bool up)
+{
+    return limit_f32(fade + (up ? step : -step), 0.0f, 1.0f);
 }
 
 static inline void count_one(uint32_t *counter)

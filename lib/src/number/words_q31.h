@@ -51,6 +51,12 @@ static inline force_t minus(force_t a, force_t b)
 
 #endif
 
+static inline force_t size_of(force_t x)
+{
+    const uint32_t size = tribo_q31_magnitude(x);
+    return size < (uint32_t)INT32_MAX ? (force_t)size : INT32_MAX;
+}
+
 static inline force_t narrow(wide_t x)
 {
     uint32_t not_counted = 0;
@@ -70,6 +76,13 @@ static inline force_t within_of(force_t x, force_t low, force_t high)
 static inline force_t faded_by(force_t f, fade_t fade)
 {
     return fade != UINT32_MAX ? part_of_q31(f, fade) : f;
+}
+
+static inline fade_t next_fade(fade_t fade, fade_t step, bool up)
+{
+    const fade_t room = up ? ~fade : fade;
+    const fade_t by   = step < room ? step : room;
+    return up ? fade + by : fade - by;
 }
 
 static inline void count_one(uint32_t *counter)
