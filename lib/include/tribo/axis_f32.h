@@ -119,9 +119,8 @@ tribo_axis_controller_t tribo_own(void);
 /// until you set it. The other numbers of the feed-forward have their defaults.
 tribo_axis_f32_config_t tribo_axis_f32_config(void);
 
-/// Initialises an axis at rest that has learned nothing. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME,
-/// TRIBO_ERR_U_MIN, TRIBO_ERR_U_MAX, TRIBO_ERR_CONTROLLER, TRIBO_ERR_PI, TRIBO_ERR_AXIS_LAG, TRIBO_ERR_AXIS_NOISE, or a status of
-/// tribo_force_loop_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
+/// Initialises an axis at rest that has learned nothing. Returns TRIBO_OK, TRIBO_ERR_NULL, the status of the first
+/// wrong field, or one of tribo_force_loop_f32_init. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_axis_f32_init(tribo_axis_f32_t *axis, const tribo_axis_f32_config_t *config);
 
 /// Runs one tick: returns u in N, within its limits for any r and y, or 0 before the init. Every 10 ticks it also

@@ -82,16 +82,14 @@ struct tribo_axis_q31_params
     uint8_t                        is_own;
 };
 
+/// tribo_axis_f32 explains the members.
 struct tribo_axis_q31
 {
-    const tribo_axis_q31_params_t *active; ///< null before the init
-    const tribo_axis_q31_params_t *ran;    ///< params of the last tick; null before the first one
+    const tribo_axis_q31_params_t *active, *ran;
     tribo_axis_q31_params_t        params;
-    tribo_controller_q31_state_t   controller; ///< contains limited_ticks
+    tribo_controller_q31_state_t   controller;
     uint32_t                       bad_inputs;
-    uint8_t                        is_far_below; ///< latched: the configured breakaway is a third of the rig's or less
-    uint8_t                        is_miscalled; ///< latched: a tick was called in the way of another controller
-    uint8_t                        is_half_done; ///< between the halves of a tick
+    uint8_t                        is_far_below, is_miscalled, is_half_done;
     int32_t                        excess;
     tribo_guard_q31_state_t        guard;       ///< before `feedforward`, which so is aligned as its memory
     tribo_feedforward_q31_state_t  feedforward; ///< the last member

@@ -75,10 +75,9 @@ typedef struct
     bool  limited; ///< u differs from v + term
 } tribo_controller_f32_signals_t;
 
-/// Checks `config`, copies the sections and finds the anti-windup. Returns TRIBO_OK, TRIBO_ERR_NULL,
-/// TRIBO_ERR_SECTION_COUNT, TRIBO_ERR_SECTION_COEFFICIENT, TRIBO_ERR_SECTION_UNSTABLE, TRIBO_ERR_SECTION_FEEDTHROUGH,
-/// TRIBO_ERR_U_MIN, TRIBO_ERR_U_MAX or TRIBO_ERR_ANTI_WINDUP, which the top of this file explains. Writes nothing
-/// unless TRIBO_OK. Not for the tick.
+/// Checks `config`, copies the sections and finds the anti-windup. Returns TRIBO_OK, TRIBO_ERR_NULL, the status of the
+/// first wrong field, or TRIBO_ERR_ANTI_WINDUP, which the top of this file explains. Writes nothing unless TRIBO_OK.
+/// Not for the tick.
 tribo_status_t tribo_controller_f32_init(tribo_controller_f32_params_t       *params,
                                          const tribo_controller_f32_config_t *config);
 

@@ -149,13 +149,11 @@ static inline float tribo_force_loop_f32_usual_force_n(const tribo_force_loop_f3
 /// Returns the section of a PI, integrated by the bilinear rule, for a drive that stores sections. Checks nothing.
 tribo_biquad_f32_section_t tribo_pi_f32_section(const tribo_pi_t *pi, float sample_time_s);
 
-/// Checks `config` field by field and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME,
-/// TRIBO_ERR_INPUT_MAX, TRIBO_ERR_GAIN, TRIBO_ERR_USUAL_FORCE, TRIBO_ERR_PI, TRIBO_ERR_CONTROLLER for sections together
-/// with a PI, a status of tribo_controller_f32_init, TRIBO_ERR_PAPER_SAMPLE_TIME for the paper's controller at another
-/// sample time than its own, a status of tribo_compensator_f32_init, a status of the method's or the guard's init, or
-/// TRIBO_ERR_PART for a method or a guard of Q31. Writes `params` only with TRIBO_OK; the params of the method may have
-/// been written when the guard is refused. The params of method and guard must outlive `params`, which point to them.
-/// Not for the tick.
+/// Checks `config` field by field and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL, the status of the first
+/// wrong field or of the method's or the guard's init, TRIBO_ERR_CONTROLLER for sections together with a PI,
+/// TRIBO_ERR_PAPER_SAMPLE_TIME for the paper's controller at another sample time than its own, or TRIBO_ERR_PART for a
+/// method or a guard of Q31. Writes `params` only with TRIBO_OK; the params of the method may have been written when
+/// the guard is refused. The params of method and guard must outlive `params`, which point to them. Not for the tick.
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
                                          const tribo_force_loop_f32_config_t *config);
 

@@ -55,10 +55,9 @@ typedef struct
     tribo_headroom_q31_t         *headroom;     ///< the init writes it unless it is null
 } tribo_force_loop_q31_config_t;
 
-/// Checks `config` field by field and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_FULL_SCALE, a
-/// status of tribo_force_loop_f32_init, of tribo_controller_q31_init, or of tribo_compensator_q31_init, or a status of
-/// the method's or the guard's init. Unless it returns TRIBO_OK it writes only the table and the params of method and
-/// guard. Not for the tick.
+/// Does what tribo_force_loop_f32_init does, in Q31. Also returns TRIBO_ERR_FULL_SCALE, or a status of
+/// tribo_controller_q31_init. Unless it returns TRIBO_OK it writes only the table and the params of method and guard.
+/// Not for the tick.
 tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
                                          const tribo_force_loop_q31_config_t *config);
 
@@ -75,34 +74,25 @@ int32_t tribo_force_loop_q31_step(const tribo_force_loop_q31_params_t *params,
                                   int32_t                              y,
                                   tribo_force_loop_q31_signals_t      *signals);
 
-/// The first half of a tick, for your own controller between the two halves: pass `e` to your controller, and its
-/// output `v` to the second half.
-///
-///     e = tribo_force_loop_q31_error(&params, &state, r, y);
-///     u = tribo_force_loop_q31_command(&params, &state, my_controller(e), &excess);
-///
-/// The guard, retuning and bad inputs work as in tribo_force_loop_q31_step, but a change from a method to none drops
-/// the method's term. The controller of the params does not run. `excess` is u minus the sum of v and the method's
-/// term: 0 within the limits, and otherwise the part that the limit has cut off, for the anti-windup of your
-/// controller. Without a method u is v within the limits. Cannot fail.
+/// Does what tribo_force_loop_f32_error does, in Q31. Every error and v is credible.
 int32_t tribo_force_loop_q31_error(const tribo_force_loop_q31_params_t *params,
                                    tribo_force_loop_q31_state_t        *state,
                                    int32_t                              r,
                                    int32_t                              y);
 
-/// The second half of a tick: returns u for the output `v` of your controller.
+/// Does what tribo_force_loop_f32_command does, in Q31.
 int32_t tribo_force_loop_q31_command(const tribo_force_loop_q31_params_t *params,
                                      tribo_force_loop_q31_state_t        *state,
                                      int32_t                              v,
                                      int32_t                             *excess);
 
-/// Clears the history and the cause; friction is not faded.
+/// Does what tribo_guard_f32_reset does.
 void tribo_guard_q31_reset(tribo_guard_q31_state_t *state);
 
-/// Clears the cause and the history; the fade rises to 1 again.
+/// Does what tribo_guard_f32_restore does.
 void tribo_guard_q31_restore(tribo_guard_q31_state_t *state);
 
-/// Names the guard in a loop's config. The loop's init computes `params` from `config`.
+/// Names the guard in a loop's config, as tribo_guard_f32_use does for float32.
 tribo_loop_guard_t tribo_guard_q31_use(tribo_guard_q31_params_t *params, const tribo_guard_f32_config_t *config);
 
 /// Computes `params` of a guard for a loop of your own, which calls tribo_guard_q31_step. Returns TRIBO_OK,
@@ -113,10 +103,8 @@ tribo_status_t tribo_guard_q31_init(tribo_guard_q31_params_t       *params,
                                     float                           sample_time_s,
                                     float                           full_scale_n);
 
-/// Runs one tick of the guard on the reference, the reading, and the friction contained in u, all Q31. Returns the
-/// fade, the factor on friction in the next tick, Q32. Cannot fail: the guard ignores a tick in which `good` is false
-/// (r or y is not credible), or in which r or y is at a limit of the scale. A loop whose params name a guard makes this
-/// call itself.
+/// Does what tribo_guard_f32_step does, in Q31, with a fade in Q32. It ignores a tick in which r or y is at a limit of
+/// the scale.
 uint32_t tribo_guard_q31_step(const tribo_guard_q31_params_t *params,
                               tribo_guard_q31_state_t        *state,
                               int32_t                         r,
@@ -132,10 +120,7 @@ uint32_t tribo_guard_q31_step(const tribo_guard_q31_params_t *params,
 /// What a method tells the loop. tribo_force_loop_f32_tick_t explains the members; forces are Q31.
 typedef struct
 {
-    int32_t e;
-    int32_t y;
-    int32_t term;
-    int32_t friction;
+    int32_t e, y, term, friction;
     bool    has_e, has_y;
 } tribo_force_loop_q31_tick_t;
 
@@ -166,17 +151,16 @@ typedef struct
     int32_t sign; ///< sign of the last move; 0 before the first move
 } tribo_play_q31_state_t;
 
+/// tribo_guard_f32_state explains the members. r, y and errors are 2^-28 full scales.
 struct tribo_guard_q31_state
 {
-    uint8_t                running;       ///< 0 before the first tick
-    uint8_t                turns, strays; ///< number in succession
-    tribo_guard_cause_t    cause;         ///< latched
-    uint32_t               fade;          ///< factor on friction, Q32; UINT32_MAX lets all of it through
-    uint32_t               since;         ///< ticks since the last reversal, up to quick_ticks
-    int64_t                work;          ///< W since then; constant from quick_ticks on
-    int32_t                high, low;     ///< largest and smallest error since then, or 0
-    int32_t                r, y;          ///< r and y of the last tick
-    tribo_play_q31_state_t play;          ///< follows f with a play of turn_n
+    uint8_t                running, turns, strays;
+    tribo_guard_cause_t    cause;
+    uint32_t               fade; ///< Q32; UINT32_MAX lets all friction through
+    uint32_t               since;
+    int64_t                work; ///< 2^-43 full scales squared
+    int32_t                high, low, r, y;
+    tribo_play_q31_state_t play; ///< 2^-29 full scales
 };
 
 /// Constants of a guard, computed by tribo_guard_q31_init. Constant from then on; several loops may share them.

@@ -138,8 +138,7 @@ void tribo_arm_f32_reset(tribo_arm_f32_state_t *state);
 float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float drive_n);
 
 /// Checks `config` and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL, a status of tribo_friction_f32_init, or of
-/// the arm: TRIBO_ERR_STIFFNESS, TRIBO_ERR_DAMPING, TRIBO_ERR_INERTIA or TRIBO_ERR_ARM_TOO_FAST. Writes nothing unless
-/// TRIBO_OK.
+/// the arm. Writes nothing unless TRIBO_OK.
 tribo_status_t tribo_compensator_f32_init(tribo_compensator_f32_params_t       *params,
                                           const tribo_compensator_f32_config_t *config,
                                           float                                 sample_time_s);

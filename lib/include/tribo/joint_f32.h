@@ -89,9 +89,8 @@ typedef struct
 /// it. gain is 0.97.
 tribo_joint_config_t tribo_joint_config(void);
 
-/// Initialises a joint at rest that has learned nothing. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SAMPLE_TIME,
-/// TRIBO_ERR_JOINT_EFFORT, TRIBO_ERR_JOINT_TRAVEL, TRIBO_ERR_JOINT_BREAKAWAY, TRIBO_ERR_JOINT_POLE,
-/// TRIBO_ERR_JOINT_GAIN or TRIBO_ERR_JOINT_WRAP. Writes nothing unless TRIBO_OK. Not for the tick.
+/// Initialises a joint at rest that has learned nothing. Returns TRIBO_OK, TRIBO_ERR_NULL, or the status of the first
+/// wrong field. Writes nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_joint_f32_init(tribo_joint_f32_t *joint, const tribo_joint_config_t *config);
 
 /// Runs one tick: returns u for the drive, within +-effort_max for any input, or 0 before the init of a zeroed struct. A

@@ -42,9 +42,9 @@ void tribo_biquad_f32_fill(tribo_biquad_f32_params_t        *params,
                            const tribo_biquad_f32_section_t *sections,
                            uint32_t                          count);
 
-/// Checks `count` sections and copies them. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SECTION_COUNT,
-/// TRIBO_ERR_SECTION_COEFFICIENT or TRIBO_ERR_SECTION_UNSTABLE. The last two write the refused number to `refusal`,
-/// unless it is null. Writes nothing else unless TRIBO_OK.
+/// Checks `count` sections and copies them. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_SECTION_COUNT or the status of
+/// the first bad section, whose refused number it writes to `refusal`, unless that is null. Writes nothing else unless
+/// TRIBO_OK.
 tribo_status_t tribo_biquad_f32_init(tribo_biquad_f32_params_t        *params,
                                      const tribo_biquad_f32_section_t *sections,
                                      uint32_t                          count,

@@ -20,9 +20,8 @@
 
 #include "../number/ieee_f32.h"
 
-/// Checks `config` and discretises it for a sample time of 1e-6 to 0.1 s. Returns TRIBO_OK, TRIBO_ERR_NULL,
-/// TRIBO_ERR_SAMPLE_TIME, TRIBO_ERR_INERTIA, TRIBO_ERR_DAMPING, TRIBO_ERR_STIFFNESS or
-/// TRIBO_ERR_ARM_TOO_FAST. Writes nothing unless TRIBO_OK. Not for the tick.
+/// Checks `config` and discretises it. Returns TRIBO_OK, TRIBO_ERR_NULL or the status of the first wrong field. Writes
+/// nothing unless TRIBO_OK. Not for the tick.
 tribo_status_t tribo_arm_f32_init(tribo_arm_f32_params_t       *params,
                                   const tribo_arm_f32_config_t *config,
                                   float                         sample_time_s);
