@@ -5,7 +5,7 @@
 ///     tick         0.001 s
 ///     u            -2 to 2 N
 ///     |r| and |y|  up to 2 N
-///     gain         0.85, of a controller of 2 sections
+///     gain         0.85, of a controller of 3 sections
 ///
 /// Equal to the result of the library's init function. Include it in one file of a program, which then needs no set-up code.
 
@@ -39,6 +39,13 @@ static const tribo_force_loop_f32_params_t golden_params = {
                     .a2 = 9.37500000e-02f,
                 },
                 {
+                    .b0 = 1.25000000e+00f,
+                    .b1 = 1.50000000e+00f,
+                    .b2 = 4.37500000e-01f,
+                    .a1 = 1.25000000e+00f,
+                    .a2 = 4.37500000e-01f,
+                },
+                {
                     .b0 = 7.50000000e-01f,
                     .b1 = 1.87500000e-01f,
                     .b2 = 7.81250000e-03f,
@@ -46,9 +53,9 @@ static const tribo_force_loop_f32_params_t golden_params = {
                     .a2 = 5.96046448e-07f,
                 },
             },
-            .count = 2u,
+            .count = 3u,
         },
-        .anti_windup = 7.35632181e-01f,
+        .anti_windup = 5.88505745e-01f,
         .u_min_n = -2.00000000e+00f,
         .u_max_n = 2.00000000e+00f,
     },

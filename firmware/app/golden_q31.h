@@ -6,7 +6,7 @@
 ///     full scale   4 N is 2^31
 ///     u            -2 to 2 N
 ///     |r| and |y|  up to 2 N
-///     gain         0.85, of a controller of 2 sections
+///     gain         0.85, of a controller of 3 sections
 ///
 /// Equal to the result of the library's init function. Include it in one file of a program, which then needs no set-up code.
 
@@ -44,25 +44,35 @@ static const tribo_force_loop_q31_params_t golden_params = {
                     .scale = 4u,
                 },
                 {
-                    .b0 = 402653184,
-                    .c1 = -301989888,
+                    .b0 = 335544320,
+                    .c1 = 67108864,
+                    .minus_a1 = -335544320,
+                    .c2 = 939524096,
+                    .d2 = -939524096,
+                    .d2_low = 0,
+                    .shift = 3u,
+                    .scale = 4u,
+                },
+                {
+                    .b0 = 201326592,
+                    .c1 = -150994944,
                     .minus_a1 = -75497472,
                     .c2 = 268435456,
-                    .d2 = -10240,
+                    .d2 = -20480,
                     .d2_low = 0,
-                    .shift = 6u,
-                    .scale = 3u,
+                    .shift = 7u,
+                    .scale = 4u,
                 },
             },
-            .count = 2u,
+            .count = 3u,
             .input_scale = 3u,
-            .output_scale = 3u,
+            .output_scale = 4u,
         },
-        .anti_windup = 1579758080,
-        .taken_max = 2147462139,
+        .anti_windup = 1263806464,
+        .taken_max = 1610596731,
         .u_min = -1073741824,
         .u_max = 1073741824,
-        .anti_windup_shift = 1u,
+        .anti_windup_shift = 2u,
     },
     .compensator = {
         .friction = {

@@ -3,12 +3,8 @@
 #include "app/crc32.h"
 #ifdef TRIBO_ARITHMETIC_Q31
 #include "app/golden_q31.h"
-#include "app/golden_steep_q31.h"
-#include "app/golden_table_q31.h"
 #else
 #include "app/golden_f32.h"
-#include "app/golden_steep_f32.h"
-#include "app/golden_table_f32.h"
 #endif
 
 // --- image ---------------------------------------------------------------------------------------------------------
@@ -87,6 +83,7 @@ drive_fault_t selftest_ram(const selftest_ram_t *ram, volatile uint32_t *words, 
 // --- golden vector -------------------------------------------------------------------------------------------------
 
 #define GOLDEN_TICKS   200
+#define GOLDEN_POINTS  3u
 #define GOLDEN_RANGE_N 4.0f ///< force of 2^31 in golden_reference; the full scale in Q31
 
 /// The reference is a triangle, a jump beyond the limits, then slow motion to and fro within breakaway, where friction
@@ -129,9 +126,39 @@ static uint32_t run_golden(const loop_params_t *params, uint32_t crc)
     return crc;
 }
 
+/// Runs the loop with another friction law and another gain.
+static uint32_t run_golden_with(const tribo_friction_f32_config_t *friction, loop_force_t gain, uint32_t crc)
+{
+    loop_params_t params = golden_params;
+    params.gain          = gain;
+#if TRIBO_IS_Q31
+    tribo_point_t table[GOLDEN_POINTS];
+    (void)tribo_friction_q31_init(&params.compensator.friction,
+                                  table,
+                                  friction,
+                                  GOLDEN_SAMPLE_TIME_S,
+                                  GOLDEN_FULL_SCALE_N);
+#else
+    (void)tribo_friction_f32_init(&params.compensator.friction, friction, GOLDEN_SAMPLE_TIME_S);
+#endif
+    return run_golden(&params, crc);
+}
+
 uint32_t selftest_golden_crc(void)
 {
-    return run_golden(&golden_steep_params, run_golden(&golden_table_params, run_golden(&golden_params, 0)));
+    static const tribo_breakaway_point_f32_t points[GOLDEN_POINTS] = {
+        {.force_n = 0.0f, .positive_n = 0.0078125f, .negative_n = 0.015625f},
+        {.force_n = 0.5f, .positive_n = 0.125f, .negative_n = 0.1875f},
+        {.force_n = 1.0f, .positive_n = 0.3125f, .negative_n = 0.25f}};
+    const tribo_friction_f32_config_t paper = tribo_force_loop_f32_paper().compensator.friction;
+    tribo_friction_f32_config_t       table = paper;
+    tribo_friction_f32_config_t       steep = paper;
+    table.table                             = points;
+    table.table_length                      = GOLDEN_POINTS;
+    steep.positive     = (tribo_breakaway_f32_t){.offset_n = 0.0078125f, .slope = 1.25f}; // an integer part in Q31
+    steep.negative     = (tribo_breakaway_f32_t){.offset_n = 0.015625f, .slope = 0.5f};
+    const uint32_t crc = run_golden_with(&table, golden_params.gain, run_golden(&golden_params, 0));
+    return run_golden_with(&steep, TRIBO_EITHER(1.5f, 3 * (1 << 28)), crc);
 }
 
 drive_fault_t selftest_golden(void)

@@ -201,7 +201,7 @@ def test_the_relays_levels_are_the_scenarios(sim, loop, set_level, reset_level):
 
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
-@pytest.mark.parametrize("made", ["app/golden", "app/golden_table", "app/golden_steep", "../tests/target/fed"])
+@pytest.mark.parametrize("made", ["app/golden", "../tests/target/fed"])
 def test_the_firmwares_params_are_what_is_made_of_their_scenario(sim, made, arithmetic):
     written = (FIRMWARE / f"{made}_{arithmetic}.h").read_text(encoding="ascii")
     assert sim.ok("params", FIRMWARE / f"{made}.yaml", "--arith", arithmetic) == written
