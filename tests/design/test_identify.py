@@ -190,7 +190,6 @@ def test_an_integrator_is_seen():
 
 
 def test_intervals_and_refusals_over_records_of_every_kind():
-    """study_identify.py is the long form."""
     judgements = [judged(seed) for seed in range(10)]
     assert not [j for j in judgements if any(halves > 3 for halves in j[2].values())]
     assert sum(j[1] == "answered" for j in judgements) >= 8

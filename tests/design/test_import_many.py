@@ -1,4 +1,4 @@
-"""200 controllers of python-control's mixsyn and hinfsyn: none comes in as another one. study_import.py is the long form."""
+"""200 controllers of python-control's mixsyn and hinfsyn: none comes in as another one."""
 
 import collections
 import json
