@@ -21,8 +21,11 @@ import chromium  # noqa: E402
 class Served:
     def __init__(self, demo):
         self.demo = demo
-        self.process = subprocess.Popen([LINK, "-d", demo.tcp, "serve", "--rate", "20", "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
-        self.url = self.process.stdout.readline().split()[0]
+        for _ in range(5):  # a loaded machine may not schedule the drive within the 2 s that tribo-link waits
+            self.process = subprocess.Popen([LINK, "-d", demo.tcp, "serve", "--rate", "20", "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
+            if line := self.process.stdout.readline():
+                break
+        self.url = line.split()[0]
         self.port, self.token = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\?token=([0-9a-f]{32})", self.url).groups()
         self.port = int(self.port)
 
