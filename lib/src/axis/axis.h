@@ -192,8 +192,7 @@ void axis_report(const axis_t *axis, tribo_axis_report_t *report)
     tribo_axis_report_far(report,
                           &axis->active->feedforward.learning,
                           &axis->feedforward.learner,
-                          axis->is_far_below != 0u,
-                          learned.stays_at_bound);
+                          axis->is_far_below != 0u);
 }
 
 void axis_rest(axis_t *axis)

@@ -13,7 +13,7 @@
 #define MODEL_DEVIATION 0.02f      // standard deviation that learning does not remove, as a part of breakaway
 #define FAR_BELOW       3.0f // learned friction at its upper limit, or a load instead, as a multiple of the configured one
 #define FAR_ABOVE       0.2f    // learned friction at its lower limit
-#define HARMED_BELOW    0.25f   // learned friction below which harm comes from a configured one that is far too large
+#define LEARNED_LOW     0.25f   // learned friction below which the configured one is far too large
 #define SETTLED         0.2f    // relative variance of friction that slides both ways settle
 #define LONG_PRESLIDING 1.15f   // least V_2 in V_0 of an arm whose presliding is too long for the configured one
 #define NO_PRESLIDING   (-0.1f) // largest V_2 in V_0 of an arm whose presliding is too short
@@ -25,7 +25,6 @@
 #define WARN_BAD_INPUT 1u
 #define WARN_LIMITED   2u
 #define WARN_TOO_SMALL 4u
-#define WARN_HARMS     8u
 #define WARN_HUNTING   16u
 #define WARN_OVERSHOOT 32u
 #define WARN_FORGOTTEN 64u
@@ -225,8 +224,8 @@ void tribo_axis_report_warn(tribo_axis_report_t               *report,
 {
     report->warnings =
         bit_if(report->bad_inputs > 0u, WARN_BAD_INPUT) | bit_if(report->limited_ticks > 0u, WARN_LIMITED) |
-        bit_if(learned->harms, WARN_HARMS) | bit_if(cause == TRIBO_GUARD_HUNTING, WARN_HUNTING) |
-        bit_if(cause == TRIBO_GUARD_OVERSHOOT, WARN_OVERSHOOT) | bit_if(report->forgotten > 0u, WARN_FORGOTTEN) |
+        bit_if(cause == TRIBO_GUARD_HUNTING, WARN_HUNTING) | bit_if(cause == TRIBO_GUARD_OVERSHOOT, WARN_OVERSHOOT) |
+        bit_if(report->forgotten > 0u, WARN_FORGOTTEN) |
         bit_if(report->late > 0u && learned->travel_n == 0.0f, WARN_LATE) | bit_if(is_miscalled, WARN_CALLS);
 }
 
@@ -242,13 +241,11 @@ bool tribo_axis_is_far_below(const tribo_feedforward_learning_t *learning,
 void tribo_axis_report_far(tribo_axis_report_t                *report,
                            const tribo_feedforward_learning_t *learning,
                            const tribo_feedforward_learner_t  *learner,
-                           bool                                is_far_below,
-                           bool                                stays_at_bound)
+                           bool                                is_far_below)
 {
     const uint32_t guard      = report->warnings & (WARN_HUNTING | WARN_OVERSHOOT);
     const bool     is_settled = learner->P[0] <= SETTLED;
     const float    V_0        = tribo_learner_sliding(learning, learner);
-    const bool     has_harmed = (report->warnings & WARN_HARMS) != 0u && is_settled && V_0 < HARMED_BELOW;
     report->times_less        = tribo_learner_times_less(learner);
     if (is_far_below)
     {
@@ -257,9 +254,9 @@ void tribo_axis_report_far(tribo_axis_report_t                *report,
         report->high_n[1]        = TRIBO_F32_FORCE_MAX_N;
         report->warnings |= WARN_TOO_SMALL;
     }
-    else if (stays_at_bound || has_harmed)
+    else if (is_settled && V_0 < LEARNED_LOW)
     {
-        report->breakaway_factor = is_settled ? FAR_ABOVE : 1.0f;
+        report->breakaway_factor = FAR_ABOVE;
         report->warnings |= WARN_TOO_LARGE;
     }
     else if (guard != 0u && is_settled)
@@ -285,23 +282,21 @@ const char *tribo_axis_warning(uint32_t *warnings)
                "configure 3 times the breakaway, or the load, and initialise the axis again";
     case WARN_TOO_LARGE:
         return "breakaway: learning stays below 0.25 times the configured one: configure 0.2 times as much and "
-               "initialise the axis again; if the breakaway is certain, noise of y or steps of r hide it";
+               "initialise the axis again; if the breakaway is certain, lost contact, noise of y or steps of r hide it";
     case WARN_LONG:
         return "presliding: friction builds up over a longer travel than configured: double presliding_n "
                "(0 stands for 1/11 of the breakaway) and initialise the axis again";
     case WARN_SHORT:
         return "presliding: friction builds up over a shorter travel than configured: halve presliding_n "
                "(0 stands for 1/11 of the breakaway) and initialise the axis again";
-    case WARN_HARMS:
-        return "friction fed forward cost the controller more than it saved, and was fed back";
     case WARN_HUNTING:
-        return "guard: friction faded, it reversed quickly and drove the force against the reference: "
-               "do what a warning of breakaway or presliding says; "
-               "without one configure breakaway_n of the report or lower the gain of the controller";
+        return "guard: friction faded until a restore, it reversed quickly and drove the force against the reference: "
+               "do what a warning of breakaway or presliding says; without one set still_time_s to 0 if r steps or "
+               "rests, otherwise measure the poles, arm_lag_s and breakaway again";
     case WARN_OVERSHOOT:
-        return "guard: friction faded, the force overshot its reversals again and again: "
-               "do what a warning of breakaway or presliding says; "
-               "without one configure breakaway_n of the report or lower the gain of the controller";
+        return "guard: friction faded until a restore, the force overshot its reversals again and again: "
+               "do what a warning of breakaway or presliding says; without one set noise_n to an eighth of the "
+               "overshoot that you accept, or double presliding_n (0 stands for 1/11 of the breakaway)";
     case WARN_FORGOTTEN:
         return "forgotten: corrupt memory was found and reset, or a tick's first half was called without its second";
     case WARN_LATE:

@@ -45,12 +45,10 @@ void tribo_axis_report_warn(tribo_axis_report_t               *report,
                             bool                               is_miscalled);
 
 /// Completes a report by times_less, breakaway_factor and the warnings of a wrong breakaway or presliding.
-/// `is_far_below` and `stays_at_bound` are latched. A configured breakaway whose friction did harm and is learned as far
-/// less is too large as well.
+/// `is_far_below` is latched.
 void tribo_axis_report_far(tribo_axis_report_t                *report,
                            const tribo_feedforward_learning_t *learning,
                            const tribo_feedforward_learner_t  *learner,
-                           bool                                is_far_below,
-                           bool                                stays_at_bound);
+                           bool                                is_far_below);
 
 #endif
