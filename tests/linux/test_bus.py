@@ -55,9 +55,59 @@ def test_params_change_while_it_runs(serve):
     assert served.value("state") == 1
 
 
+def test_params_come_from_a_scenario(serve, tmp_path):
+    served = serve()
+    scenario = tmp_path / "other.yaml"
+    scenario.write_text(TRIANGLE.read_text() + "compensator:\n  method: paper\n  gain: 0.6\n  guard: {on: yes, turn_N: 0.04}\n"
+                        "  friction: {breakaway: {table: [{force_N: 0, positive_N: 0.01, negative_N: 0.02}, "
+                        "{force_N: 1, positive_N: 0.3, negative_N: 0.4}]}}\n")
+    different = served.link("params", "diff", scenario, status=1)
+    assert "compensator.gain: 0.850000024 in the drive, 0.600000024 in" in different
+    assert "compensator.friction.breakaway.table[1].negative_N: 0 in the drive, 0.400000006 in" in different
+    served.link("params", "from", scenario)
+    assert served.link("params", "diff", scenario) == ""
+    params = served.link("params", "get")
+    assert "table[1].negative_N: 0.400000006\n" in params and "guard.turn_N: 0.0399999991\n" in params and "compensator.method: 0\n" in params
+    scenario.write_text(TRIANGLE.read_text() + "compensator: {feedforward: {sensor_pole_rad_per_s: 90}}\n")
+    served.link("params", "from", scenario)
+    assert "\ndrive.sensor_pole_rad_per_s: 90\n" in served.link("params", "get")  # the residual's as well, which protects
+    assert "drive.sensor_pole_rad_per_s from 55 to 90" in served.link("changes")
+    scenario.write_text("nonsense: 1\n")
+    assert "nonsense" in served.link("params", "from", scenario, status=2)
+
+
+def test_the_guard_and_what_is_learned(serve):
+    served = serve()
+    served.link("params", "set", "compensator.guard.on=true", "compensator.guard.stray_N=0.02")
+    assert served.link("params", "get", "compensator.guard.on", "compensator.guard.stray_N") == \
+        "compensator.guard.on: 1\ncompensator.guard.stray_N: 0.0199999996\n"
+    message = served.link("params", "set", "compensator.guard.quick_time_s=101", status=2)  # over 100,000 samples
+    assert "compensator.guard.quick_time_s = 101 is refused, the drive goes on as it was: 1e-06 to 1000" in message
+    status = served.link("status")
+    for line in ("warnings: 0  # none", "friction_fade: 1", "learned_positive_relative_variance: 1", "learned_negative_travel_N: 0 N",
+                 "friction_harms: 0", "learned_forgotten: 0"):
+        assert f"\n{line}\n" in status
+    served.link("restore")
+    served.link("forget")
+
+
+def test_wrong_arguments_are_reported(serve):
+    served = serve()
+    for words, why in (
+            ("params set compensator.gian=1", "there is no param compensator.gian"), ("params set gain=1", "did you mean compensator.gain"),
+            ("params set compensator.gain=3", "compensator.gain=3: 0 to 2"), ("params set compensator.gain=nan", "compensator.gain=nan"),
+            ("params set drive.late_us=1.5", "a whole number is expected"),
+            ("params set compensator.guard.on=maybe", "compensator.guard.on=maybe: is not no or yes, nor their number from 0"),
+            ("params set", "NAME=VALUE is expected"), ("params frobnicate", "params frobnicate: get, set, save"), ("params", "params: get, set, save"),
+            ("frobnicate", "there is no command frobnicate"), ("reference 7", "reference 7: outside -2 to 2 N (limits.input_max_N)"),
+            ("-u 9 status", "no answer from unit 9")):
+        assert why in served.link(*words.split(), status=2)
+
+
 def test_a_fault_waits_for_its_acknowledgement(serve, tmp_path):
     served = serve()
     served.link("params", "set", "limits.u_max_N=0.1", "drive.command_limit_ms=20")
+    assert served.link("fault") == "fault: none\n"
     served.link("start")
     served.pass_ticks(500)
     served.link("reference", 1.0)

@@ -60,7 +60,7 @@ for path in ("playground/core.c", "tests/playground/columns.c", "tools/fmu/axis.
     assert {"plot", "playground", "fmu"} <= tests() - left_out(path), path
 assert {"plot", "playground", "fmu"} <= left_out("lib/src/axis/axis.h")
 for path, test in (("host_sim/target/emulator.c", "cortex-m4f/lock_step.emulator"), ("host_sim/target/serial.c", "stm32f405/lock_step"),
-                   ("tests/lock_step/conftest.py", "stm32f405/lock_step"), ("tests/support/version.py", "cortex-m4f/bus"),
+                   ("tests/lock_step/conftest.py", "stm32f405/lock_step"),
                    ("tests/boards/requirements.txt", "stm32f405/examples.vesc"), ("firmware/port/stm32f405/board.c", "stm32f405/model.1"),
                    ("examples/rig/rig_500hz.yaml", "host-release/guard.python")):
     assert runs(path, test) and not runs("designs.txt", test), (path, test)

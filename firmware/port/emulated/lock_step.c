@@ -5,7 +5,6 @@
 
 #include "app/registers.h"
 #include "app/selftest.h"
-#include "devices.h"
 #include "link.h"
 
 #include <string.h>
@@ -68,6 +67,18 @@ static port_t  port = {.context     = &board,
                        .time_us     = time_us,
                        .log_byte    = log_byte};
 
+/// The host gives the params and the reference, so there is no bus.
+// NOLINTNEXTLINE(readability-non-const-parameter): the type is that of a modbus_line_t's member
+static int receive_nothing(void *context, uint8_t *bytes, size_t room)
+{
+    (void)context;
+    (void)bytes;
+    (void)room;
+    return 0;
+}
+
+static const modbus_line_t silent = {.receive = receive_nothing};
+
 // --- lock-step -----------------------------------------------------------------------------------------------------
 
 static link_cycles_t cycles;
@@ -97,10 +108,7 @@ static void tick(registers_t *registers, const uint32_t *words)
     {
         drive_acknowledge(drive);
     }
-    if (!devices_have_bus()) // the bus gives the reference
-    {
-        drive_reference(drive, tribo_force_of_word(words[TRIBO_TICK_R]));
-    }
+    drive_reference(drive, tribo_force_of_word(words[TRIBO_TICK_R]));
     const uint32_t start = link_cycles();
     registers_tick(registers);
     count_cycles(link_cycles() - start);
@@ -164,13 +172,8 @@ static int serve(drive_fault_t found)
     tribo_setup_from_words(&setup, words);
     port.sensor.full_units = port.output.full_units = setup.full_scale_n;
     defaults                                        = set_of(&setup);
-    const registers_board_t parts                   = {.port       = &port,
-                                                       .line       = devices_line(),
-                                                       .flash      = devices_flash(),
-                                                       .defaults   = &defaults,
-                                                       .baud       = 115200,
-                                                       .ring       = ring,
-                                                       .ring_words = RING_WORDS};
+    const registers_board_t parts =
+        {.port = &port, .line = &silent, .defaults = &defaults, .baud = 115200, .ring = ring, .ring_words = RING_WORDS};
     registers_load(&registers, &parts);
     registers_start(&registers, found);
     const uint32_t status = registers.is_refused ? (uint32_t)registers.refused.status : (uint32_t)TRIBO_OK;
@@ -199,7 +202,6 @@ int lock_step(void)
     {
         return 2;
     }
-    devices_open();
     const drive_fault_t found = selftest_run(&selftest_seal, NULL, link_ram(), RAM_TESTED_MAX);
 
     const uint32_t hello[TRIBO_HELLO_WORDS] = {[TRIBO_HELLO_VERSION] = TRIBO_WIRE_VERSION,
