@@ -60,7 +60,7 @@ static inline int32_t controller_q31_step(const tribo_controller_q31_params_t *p
     tribo_biquad_q31_outputs_t outputs;
 
     const int32_t y = biquad_q31_output(&params->cascade, &state->cascade, e, &outputs);
-    return controller_q31_apply(params, state, y, term, &outputs, signals);
+    return controller_q31_apply(params, state, e, y, term, &outputs, signals);
 }
 
 #endif

@@ -48,6 +48,7 @@ static inline int32_t controller_q31_correction(const tribo_controller_q31_param
 /// u_max in any state.
 static inline int32_t controller_q31_apply(const tribo_controller_q31_params_t *params,
                                            tribo_controller_q31_state_t        *state,
+                                           int32_t                              e,
                                            int32_t                              y,
                                            int32_t                              term,
                                            const tribo_biquad_q31_outputs_t    *outputs,
@@ -55,6 +56,7 @@ static inline int32_t controller_q31_apply(const tribo_controller_q31_params_t *
 {
     uint32_t        not_counted = 0;
     uint32_t *const saturated   = &state->cascade.saturated;
+    (void)e; // `outputs` hold it
 
     const uint32_t scale       = params->cascade.output_scale;
     const int32_t  unsaturated = tribo_q31_add(y, term >> scale, saturated);

@@ -1,6 +1,12 @@
 // A change of params between two ticks. u continues from its value under the old params, even if gain, controller,
 // friction and method have changed. This text serves both arithmetics.
 
+/// Converts the controller's state to the params `to`, for the error `e`, and adds `offset` to its output.
+static void convert(const loop_params_t *from, const loop_params_t *to, loop_state_t *state, force_t e, wide_t offset)
+{
+    NAME(controller, change)(&from->controller, &to->controller, &state->controller, e, narrow(offset));
+}
+
 /// The params of the last tick. After a start, or if their pointer is corrupt, returns `params`, which means no change.
 static const loop_params_t *active(const loop_state_t *state, const loop_params_t *params)
 {
@@ -66,7 +72,7 @@ static void enter_compensator(const loop_params_t *from,
 
     const wide_t  offset = u_before;
     const force_t v      = loop_output(&from->controller, &state->controller, e);
-    loop_convert(from, params, state, e, offset - paper_term(params, state) - v);
+    convert(from, params, state, e, offset - paper_term(params, state) - v);
 }
 
 /// Changes to a method, from another method or from other params of the same one.
@@ -82,7 +88,7 @@ static void enter_method(const loop_params_t *from,
     const force_t     u_before = unsaturated(from, state, r, y);
     const bool        anew     = from->method == NULL || from->method->functions != params->method->functions;
     // If only the params of the method change, convert with its error of the last tick, which is close to this tick's.
-    loop_convert(from, params, state, anew ? e : last.OF(e), 0);
+    convert(from, params, state, anew ? e : last.OF(e), 0);
     if (memory != NULL)
     {
         loop_functions_t functions;
@@ -116,7 +122,7 @@ void loop_change(const loop_params_t *params, loop_state_t *state, force_t r, fo
     else // makes up for the new gain in this tick; loop_change_friction does so for the new friction
     {
         const wide_t will = paper_term(params, state);
-        loop_convert(from, params, state, e, -(will - paper_term(from, state)));
+        convert(from, params, state, e, -(will - paper_term(from, state)));
     }
 }
 
@@ -126,6 +132,6 @@ void loop_change_friction(const loop_params_t *params, loop_state_t *state, forc
 
     const force_t was  = compensator_peek(&from->compensator, &state->compensator, u);
     const force_t will = compensator_peek(&params->compensator, &state->compensator, u);
-    loop_convert(params, params, state, e, -loop_jump(params, was, will, loop_fade(params, state)));
+    convert(params, params, state, e, -loop_jump(params, was, will, loop_fade(params, state)));
     loop_activate(state, params);
 }

@@ -55,33 +55,11 @@ static inline force_t loop_v(const loop_controller_t *controller, force_t last)
     return last;
 }
 
-/// u, computed from the cascade's last node and the term. The controller's states advance.
-static inline force_t loop_apply(const loop_controller_t        *controller,
-                                 tribo_controller_f32_state_t   *state,
-                                 force_t                         e,
-                                 force_t                         last,
-                                 force_t                         term,
-                                 const loop_nodes_t             *nodes,
-                                 tribo_controller_f32_signals_t *signals)
-{
-    return controller_f32_apply(controller, state, e, last, term, nodes, signals);
-}
-
 /// The controller's output for `e`. No state advances.
 static inline force_t loop_output(const loop_controller_t *controller, tribo_controller_f32_state_t *state, force_t e)
 {
     loop_nodes_t nodes;
     return biquad_f32_output(&controller->cascade, &state->cascade, e, &nodes);
-}
-
-/// Converts the controller's state to the params `to`, for the error `e`, and adds `offset` to its output.
-static inline void loop_convert(const loop_params_t *from,
-                                const loop_params_t *to,
-                                loop_state_t        *state,
-                                force_t              e,
-                                wide_t               offset)
-{
-    tribo_controller_f32_change(&from->controller, &to->controller, &state->controller, e, offset);
 }
 
 /// v of the caller's own controller. A bad value is counted and becomes 0.

@@ -57,19 +57,6 @@ static inline force_t loop_v(const loop_controller_t *controller, force_t last)
     return tribo_q31_widen(last, controller->cascade.output_scale, &not_counted);
 }
 
-/// u, computed from the cascade's last node and the term. The controller's states advance. `nodes` holds the error.
-static inline force_t loop_apply(const loop_controller_t        *controller,
-                                 tribo_controller_q31_state_t   *state,
-                                 force_t                         e,
-                                 force_t                         last,
-                                 force_t                         term,
-                                 const loop_nodes_t             *nodes,
-                                 tribo_controller_q31_signals_t *signals)
-{
-    (void)e;
-    return controller_q31_apply(controller, state, last, term, nodes, signals);
-}
-
 /// The controller's output for `e`, saturated to 32 bits. No state advances.
 static inline force_t loop_output(const loop_controller_t *controller, tribo_controller_q31_state_t *state, force_t e)
 {
@@ -78,16 +65,6 @@ static inline force_t loop_output(const loop_controller_t *controller, tribo_con
     const force_t  last  = biquad_q31_output(&controller->cascade, &state->cascade, e, &nodes);
     state->cascade.carry = carry;
     return loop_v(controller, last);
-}
-
-/// Converts the controller's state to the params `to`, for the error `e`, and adds `offset` to its output.
-static inline void loop_convert(const loop_params_t *from,
-                                const loop_params_t *to,
-                                loop_state_t        *state,
-                                force_t              e,
-                                wide_t               offset)
-{
-    tribo_controller_q31_change(&from->controller, &to->controller, &state->controller, e, narrow(offset));
 }
 
 /// v of the caller's own controller. Every int32_t is a valid value.

@@ -15,7 +15,7 @@ static inline force_t loop_method_step(const loop_params_t *params,
     loop_nodes_t                   nodes;
     const force_t                  last = INNER(biquad, output)(&controller->cascade, &state->cascade, e, &nodes);
     const force_t term      = memory != NULL ? functions->term(params, memory, loop_v(controller, last)) : alone;
-    const force_t u         = loop_apply(controller, state, e, last, term, &nodes, &seen->controller);
+    const force_t u         = INNER(controller, apply)(controller, state, e, last, term, &nodes, &seen->controller);
     seen->OF(friction_term) = term;
     if (memory != NULL)
     {
