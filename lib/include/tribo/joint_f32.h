@@ -124,7 +124,7 @@ tribo_joint_force_t tribo_joint_f32_force(const tribo_joint_f32_t *joint);
 /// Writes the report. Not for the tick.
 void tribo_joint_f32_report(const tribo_joint_f32_t *joint, tribo_joint_report_t *report);
 
-/// Returns a sentence that explains a cause.
+/// Returns a sentence that explains a cause and says what to do. The term stays out until tribo_joint_f32_restore.
 const char *tribo_joint_cause_text(tribo_joint_cause_t cause);
 
 // --- contents of the types above: reserve room for them; write only the members whose comment says so ---------------

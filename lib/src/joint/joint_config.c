@@ -85,10 +85,13 @@ const char *tribo_joint_cause_text(tribo_joint_cause_t cause)
     case TRIBO_JOINT_SOUND:
         return "sound";
     case TRIBO_JOINT_ASTRAY:
-        return "astray: the joint moved away from its reference, with its friction term";
+        return "astray: with its friction term the joint moved away from its reference: pass gravity and other "
+               "loads to tribo_joint_..._load, check the signs of effort and encoder, then restore";
     case TRIBO_JOINT_HUNTING:
-        return "hunting: the joint moved back and forth around a resting reference";
+        return "hunting: the joint moved back and forth around a resting reference: double travel or lower the gain, "
+               "then restore";
     default:
-        return "reversed: the sign of effort or encoder is wrong, because moving the joint released energy";
+        return "reversed: moving the joint released energy: the sign of effort or encoder is wrong, or your loop "
+               "itself rattles; mend it, then restore";
     }
 }
