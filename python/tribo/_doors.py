@@ -42,7 +42,7 @@ class AxisReport:
     low_N: tuple[float, float]
     high_N: tuple[float, float]
     travel_N: float
-    times_less: float  # controller effort at a reversal without compensation, divided by that with it, up to 100; 0: not known
+    times_less: float  # controller effort (not error) at a reversal without compensation, divided by that with it, up to 100; 0: not known
     share: float  # fraction of the friction that the guard lets through
     bad_inputs: int
     limited_ticks: int
