@@ -740,10 +740,8 @@ uint32_t drive_warnings(const drive_t *drive)
     warnings |= cause == TRIBO_GUARD_OVERSHOOT ? (uint32_t)DRIVE_WARNING_OVERSHOOT : 0u;
     if (drive->memory != NULL)
     {
-        const tribo_feedforward_learner_t *const learner = &drive->memory->state.learner;
-
-        warnings |= learner->at_bound >= TRIBO_FEEDFORWARD_BOUND_TURNS ? (uint32_t)DRIVE_WARNING_BOUND : 0u;
-        warnings |= learner->harms != 0u ? (uint32_t)DRIVE_WARNING_HARM : 0u;
+        const uint32_t turns = drive->memory->state.learner.at_bound;
+        warnings |= turns >= TRIBO_FEEDFORWARD_BOUND_TURNS ? (uint32_t)DRIVE_WARNING_BOUND : 0u;
     }
     return warnings;
 }
@@ -816,8 +814,6 @@ const char *drive_warning_text(drive_warning_t warning)
         return "friction faded: overshoot";
     case DRIVE_WARNING_BOUND:
         return "learned breakaway stays at its bound";
-    case DRIVE_WARNING_HARM:
-        return "friction is fed back: feeding it forward costs more effort than it saves";
     default:
         return "unknown";
     }

@@ -59,8 +59,7 @@ typedef enum
     DRIVE_WARNING_HUNTING = 1, ///< the guard has faded the compensation of friction because of hunting (tribo/guard.h)
     DRIVE_WARNING_OVERSHOOT = 2, ///< ... because of overshoot
     DRIVE_WARNING_BOUND     = 4, ///< the learned breakaway stays at a bound and cannot be trusted
-    DRIVE_WARNING_HARM = 8, ///< friction is now fed back, because feeding it forward cost more effort than it saved
-    DRIVE_WARNINGS_END = 16
+    DRIVE_WARNINGS_END      = 8
 } drive_warning_t;
 
 /// Causes that stop the drive. If a tick finds several, the one that is checked first is latched. A bus reports these numbers.
