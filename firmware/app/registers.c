@@ -654,6 +654,12 @@ static word_t compensation_word(const registers_t *registers, uint32_t place)
 }
 #endif
 
+static word_t bad_inputs(const loop_state_t *loop)
+{
+    const TRIBO(biquad, state_t) *const cascade = &loop->controller.cascade;
+    return loop->bad_inputs + TRIBO_EITHER(cascade->bad_inputs, cascade->saturated);
+}
+
 static word_t state_word(const registers_t *registers, uint32_t place)
 {
     const drive_t *drive                        = &registers->drive;
@@ -672,7 +678,7 @@ static word_t state_word(const registers_t *registers, uint32_t place)
         [REGISTERS_STATE_max_late_us]           = drive->max_late_us,
         [REGISTERS_STATE_overruns]              = drive->overruns,
         [REGISTERS_STATE_limited_ticks]         = drive->loop.controller.limited_ticks,
-        [REGISTERS_STATE_bad_inputs]            = drive->loop.bad_inputs,
+        [REGISTERS_STATE_bad_inputs]            = bad_inputs(&drive->loop),
         [REGISTERS_STATE_tare]                  = (word_t)drive->tare,
         [REGISTERS_STATE_store]                 = (word_t)registers->store,
         [REGISTERS_STATE_outcome]               = (word_t)registers->outcome,

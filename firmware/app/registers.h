@@ -82,7 +82,7 @@
     REGISTER(max_late_us, "max_late_us", uint32_t, "us", "largest delay of a tick's start") \
     REGISTER(overruns, "overruns", uint32_t, "ticks", "ticks over budget") \
     REGISTER(limited_ticks, "limited_ticks", uint32_t, "ticks", "ticks with u at a limit, since the start") \
-    REGISTER(bad_inputs, "bad_inputs", uint32_t, "ticks", "ticks with a bad reference or reading, and corrupt pointers found, since the start") \
+    REGISTER(bad_inputs, "bad_inputs", uint32_t, "ticks", "ticks with a bad reference or reading, and corrupt states found, since the start") \
     REGISTER(tare, "tare", uint32_t, "", "the last tare: 0 none, 1 busy, 2 done, 3 refused") \
     REGISTER(store, "store", uint32_t, "", "0 read, 1 empty, 2 of other firmware, 3 damaged, 4 not writable") \
     REGISTER(outcome, "outcome", uint32_t, "", "outcome of the last command, see below") \

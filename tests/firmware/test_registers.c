@@ -739,6 +739,17 @@ static void test_a_memory_that_was_corrupt_is_counted(void)
     TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(forgotten));
 }
 
+static void test_a_corrupt_state_of_the_controller_is_counted(void)
+{
+    start();
+    run(100);
+    TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(bad_inputs));
+    registers.drive.loop.controller.cascade.section[0].w1 = TRIBO_EITHER(NAN, INT64_C(1) << 62);
+    run(100);
+    TEST_ASSERT_EQUAL_UINT32(1, STATE_OF(bad_inputs));
+    TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
+}
+
 /// Appended to, never moved: what is on the bus of a drive in the field.
 static void test_no_register_of_the_compensation_moves(void)
 {

@@ -73,7 +73,7 @@ typedef struct
 {
     tribo_biquad_q31_section_state_t section[TRIBO_BIQUAD_SECTIONS_MAX];
     uint32_t                         carry;     ///< bits of the input dropped for its scale so far, from bit 31 down
-    uint32_t                         saturated; ///< values clamped since reset; stops at UINT32_MAX
+    uint32_t                         saturated; ///< clamped values and restarted sections; stops at UINT32_MAX
 } tribo_biquad_q31_state_t;
 
 /// Constants of a step, computed by tribo_controller_q31_init. Constant from then on; several loops may share them.

@@ -8,12 +8,19 @@
 
 #include <stddef.h>
 
+// A zeroed state is half a unit of its output away from rest.
+int32_t tribo_biquad_q31_restart(tribo_biquad_q31_section_state_t *state, uint32_t *saturated)
+{
+    *state = (tribo_biquad_q31_section_state_t){.w1 = BIQUAD_Q31_HALF};
+    tribo_q31_count(saturated);
+    return 0;
+}
+
 void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state)
 {
     for (uint32_t i = 0; i < TRIBO_BIQUAD_SECTIONS_MAX; i++)
     {
-        state->section[i].w1 = BIQUAD_Q31_HALF;
-        state->section[i].w2 = 0;
+        (void)tribo_biquad_q31_restart(&state->section[i], &state->saturated);
     }
     state->carry     = 0;
     state->saturated = 0;
@@ -33,7 +40,7 @@ int32_t tribo_biquad_q31_long_output(const tribo_biquad_q31_params_t *params,
     int32_t  y = x;
     for (uint32_t i = 0; i < sections(params); i++)
     {
-        y = biquad_q31_section_output(&params->section[i], state->section[i].w1, y, &rest, &state->saturated);
+        y = biquad_q31_section_output(&params->section[i], &state->section[i], y, &rest, &state->saturated);
     }
     return y;
 }
@@ -54,7 +61,7 @@ void tribo_biquad_q31_long_advance(const tribo_biquad_q31_params_t *params,
     {
         const tribo_biquad_q31_section_t *const section = &params->section[i];
 
-        y = biquad_q31_section_output(section, state->section[i].w1, y, &rest, &not_counted);
+        y = biquad_q31_section_output(section, &state->section[i], y, &rest, &not_counted);
         c = i == 0u ? biquad_q31_first_correction(section, c) : biquad_q31_later_correction(section, c);
         const int32_t corrected = tribo_q31_add(y, c, saturated);
         biquad_q31_section_advance(section, &state->section[i], in, corrected, rest, saturated);
@@ -90,7 +97,7 @@ static int64_t output_behind(const tribo_biquad_q31_params_t *p,
     uint32_t rest;
     for (; i < sections(p); i++)
     {
-        x     = biquad_q31_section_output(&p->section[i], state->section[i].w1, x, &rest, &state->saturated);
+        x     = biquad_q31_section_output(&p->section[i], &state->section[i], x, &rest, &state->saturated);
         scale = p->section[i].scale;
     }
     return tribo_q31_lift(x, scale);
@@ -120,7 +127,7 @@ void tribo_biquad_q31_change(const tribo_biquad_q31_params_t *from,
         if (i < from_count)
         {
             const tribo_biquad_q31_section_t *was = &from->section[i];
-            from_out   = biquad_q31_section_output(was, state->section[i].w1, from_in, &rest, &state->saturated);
+            from_out   = biquad_q31_section_output(was, &state->section[i], from_in, &rest, &state->saturated);
             from_scale = was->scale;
             // The sum is unsigned because it may wrap if the state is corrupt.
             const int64_t w2 = state->section[i].w2 >> was->shift;

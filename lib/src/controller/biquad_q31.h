@@ -9,8 +9,10 @@
 // have 64 bits, w1 in Q59 and w2 in Q(59 + s). The shift s makes room for the small w2 of a slow pole.
 //
 // y is rounded, and the bits rounded off stay in w1 and come out with the next sample. So the integral of a constant
-// input does not stall, and the noise at the output is that of one rounding for any poles. When y saturates, w1 follows
-// it, so a corrupt w1 is forgotten within a tick. w2 is clamped to 4 2^-s of full scale, and clamping is counted.
+// input does not stall, and the noise at the output is that of one rounding for any poles.
+//
+// A section with y beyond full scale, or w2 beyond 4 2^-s of it, restarts from rest with y = 0 and is counted. By its
+// headroom only a corrupt state or a change of params leads there.
 //
 // d2 is the product of the poles' distances from z = 1. It has a second word, so a slow pole keeps its time constant to
 // 1e-7 while a2 is above 2^-(37 + s). Of d2 y only the bits below the last of w2 (2^-59 of full scale) are dropped.
@@ -41,7 +43,7 @@ typedef struct
     uint32_t rest[2]; ///< their rounding remainders, Q59
 } tribo_biquad_q31_outputs_t;
 
-/// Puts the cascade to rest and sets the counter to 0. A zeroed state is half a unit of its outputs away from rest.
+/// Puts the cascade to rest and sets the counter to 0.
 void tribo_biquad_q31_reset(tribo_biquad_q31_state_t *state);
 
 /// Does what tribo_biquad_f32_change does, with `offset` in Q31. Not for every tick.
@@ -73,17 +75,25 @@ static inline int32_t biquad_q31_input(const tribo_biquad_q31_params_t *params, 
     return (int32_t)((uint32_t)(x >> params->input_scale) + carried);
 }
 
+/// Puts a section to rest and counts it. Returns its output, 0. Not inline, because it is rare.
+int32_t tribo_biquad_q31_restart(tribo_biquad_q31_section_state_t *state, uint32_t *saturated);
+
 /// A section's output, y = w1 + b0 x, Q59 rounded down to Q31. The bits rounded off, `rest`, return to w1 in the second
 /// half and come out with the next sample, so no bias builds up.
 static inline int32_t biquad_q31_section_output(const tribo_biquad_q31_section_t *section,
-                                                int64_t                           w1,
+                                                tribo_biquad_q31_section_state_t *state,
                                                 int32_t                           x,
                                                 uint32_t                         *rest,
                                                 uint32_t                         *saturated)
 {
-    const int64_t sum = biquad_q31_accumulate(w1, section->b0, x);
-    *rest             = (uint32_t)sum & (BIQUAD_Q31_ONE - 1u);
-    return tribo_q31_narrow(sum, BIQUAD_Q31_FRACTION, saturated);
+    const int64_t  sum  = biquad_q31_accumulate(state->w1, section->b0, x);
+    const uint32_t high = (uint32_t)((uint64_t)sum >> 32);
+    *rest               = (uint32_t)sum & (BIQUAD_Q31_ONE - 1u);
+    if (high + (UINT32_C(1) << 27) >= UINT32_C(1) << 28) // beyond full scale
+    {
+        return tribo_biquad_q31_restart(state, saturated);
+    }
+    return (int32_t)(high << 4 | (uint32_t)sum >> BIQUAD_Q31_FRACTION);
 }
 
 /// Advances a section's states for the input `in` and the output `y`, both after correction:
@@ -105,15 +115,12 @@ static inline void biquad_q31_section_advance(const tribo_biquad_q31_section_t *
     int64_t w2 = biquad_q31_accumulate(state->w2, section->c2, in);
     w2         = biquad_q31_accumulate(w2, section->d2, y);
     w2         = (int64_t)((uint64_t)w2 + (uint64_t)(tribo_q31_multiply(section->d2_low, y) >> 32));
-    // Clamp at 4 2^-s of full scale. A state that started from rest stays below by its headroom. Only a corrupt state
-    // or a change of params reaches the clamp. w1 needs none: it follows y, which saturates.
     const uint32_t high = (uint32_t)((uint64_t)w2 >> 32);
-    if (high + (UINT32_C(1) << 29) >= UINT32_C(1) << 30)
+    state->w2           = w2;
+    if (high + (UINT32_C(1) << 29) >= UINT32_C(1) << 30) // beyond 4 2^-s of full scale
     {
-        w2 = w2 < 0 ? -BIQUAD_Q31_W_MAX : BIQUAD_Q31_W_MAX;
-        tribo_q31_count(saturated);
+        (void)tribo_biquad_q31_restart(state, saturated);
     }
-    state->w2 = w2;
 }
 
 // For three or four sections, the rare case, both halves are loops. Every cascade has at least two sections
@@ -127,15 +134,16 @@ void    tribo_biquad_q31_long_advance(const tribo_biquad_q31_params_t *params,
                                       int32_t                          x,
                                       int32_t                          correction);
 
-/// First half: computes the nodes of the cascade for the input `x`. Returns the last node at its scale. No w advances.
+/// First half: computes the nodes of the cascade for the input `x`. Returns the last node at its scale. No w advances,
+/// but a corrupt one restarts.
 static inline int32_t biquad_q31_output(const tribo_biquad_q31_params_t *params,
                                         tribo_biquad_q31_state_t        *state,
                                         int32_t                          x,
                                         tribo_biquad_q31_outputs_t      *outputs)
 {
-    const tribo_biquad_q31_section_t *const       s         = params->section;
-    const tribo_biquad_q31_section_state_t *const w         = state->section;
-    uint32_t *const                               saturated = &state->saturated;
+    const tribo_biquad_q31_section_t *const s         = params->section;
+    tribo_biquad_q31_section_state_t *const w         = state->section;
+    uint32_t *const                         saturated = &state->saturated;
 
     outputs->x = biquad_q31_input(params, &state->carry, x);
     if (params->count > 2u)
@@ -144,8 +152,8 @@ static inline int32_t biquad_q31_output(const tribo_biquad_q31_params_t *params,
         return tribo_biquad_q31_long_output(params, state, outputs->x);
     }
     // Sections in series: the output of one is the input of the next within the same sample.
-    outputs->y[0] = biquad_q31_section_output(&s[0], w[0].w1, outputs->x, &outputs->rest[0], saturated);
-    outputs->y[1] = biquad_q31_section_output(&s[1], w[1].w1, outputs->y[0], &outputs->rest[1], saturated);
+    outputs->y[0] = biquad_q31_section_output(&s[0], &w[0], outputs->x, &outputs->rest[0], saturated);
+    outputs->y[1] = biquad_q31_section_output(&s[1], &w[1], outputs->y[0], &outputs->rest[1], saturated);
     return outputs->y[1];
 }
 
