@@ -65,6 +65,11 @@ let shorted = null;
 chip.gpio[ENABLE].addListener(followEnable);
 chip.gpio[1].setInputValue(true);
 
+/// Without its FIFO a UART holds one byte, and loses the next ones until that is read.
+function feed(byte) {
+    if (chip.uart[0].fifosEnabled || chip.uart[0].rxFIFO.empty) chip.uart[0].feedByte(byte);
+}
+
 function run(us) {
     const until = chip.clock.nanos + us * 1000;
     while (chip.clock.nanos < until && !reset) {
@@ -84,7 +89,7 @@ function answer(request) {
     if (request.dead_adc !== undefined) chip.adc.onADCRead = () => {};
     if (request.no_ticks) core.enabledInterrupts &= ~1;
     if (request.interrupt !== undefined) { core.enabledInterrupts |= 1 << request.interrupt; chip.setInterrupt(request.interrupt, true); }
-    for (const byte of request.send || []) { chip.uart[0].feedByte(byte); run(87); }
+    for (const byte of request.send || []) { feed(byte); run(87); }
     const begin = chip.clock.nanos;
     high = [0, 0];
     since = since.map((at) => (at === null ? null : begin));

@@ -2,7 +2,6 @@
 
 #include "convert.h"
 #include "device.h"
-#include "port/received.h"
 #include "port/trip.h"
 #include "registers.h"
 #include "wiring.h"
@@ -169,7 +168,7 @@ static void start_uart(void)
     const uint32_t divider            = (SYSTEM_HZ * 4u + 115200u / 2u) / 115200u;
     UART0->IBRD                       = divider >> 6;
     UART0->FBRD                       = divider & 63u;
-    UART0->LCR_H                      = UART_LCR_H_8; // without FIFOs, so that each byte interrupts
+    UART0->LCR_H                      = UART_LCR_H_8 | UART_LCR_H_FEN; // FIFOs of 32 bytes, 2.8 ms
     UART0->CR                         = UART_CR_UARTEN | UART_CR_TXE | UART_CR_RXE;
     PADS_BANK0[WIRING_SEND_PIN]       = PADS_4MA;
     PADS_BANK0[WIRING_RECEIVE_PIN]    = PADS_IE | PADS_SCHMITT | PADS_PUE; // an open wire reads idle
@@ -196,8 +195,7 @@ bool board_init(const drive_config_t *config)
     return wait_for(&ADC_CS, ADC_CS_READY, ADC_CS_READY);
 }
 
-#define LINE_PRIORITY 3u // of 0 to 3
-#define TICK_PRIORITY 2u // a tick interrupts the reception of bytes
+#define TICK_PRIORITY 2u // of 0 to 3
 #define STOP_PRIORITY 0u // stops interrupt a tick
 
 #define WATCHDOG_MS   30u
@@ -224,9 +222,6 @@ void board_start(void)
     slice->CC          = 0;
     slice->CTR         = 0;
     slice->CSR         = PWM_CSR_EN;
-
-    UART0->IMSC = UART_IMSC_RXIM;
-    start_interrupt(UART0_IRQn, LINE_PRIORITY);
 
     PSM_WDSEL      = PSM_WDSEL_ALL;
     WATCHDOG->LOAD = WATCHDOG_LOAD;
@@ -263,44 +258,35 @@ void board_off(void)
 
 // --- the line ------------------------------------------------------------------------------------------------------
 
-static bool is_sending; // a byte was sent since the last call of board_release_line
-
 /// Sends a byte. With RS-485 the transceiver drives the line from the first byte on ...
 static void transmit(uint8_t byte)
 {
     SIO->GPIO_OUT_SET = DRIVES_BIT;
     UART0->DR         = byte;
-    is_sending        = true;
 }
 
-/// ... and releases it once the last byte is out and no byte has followed between two calls.
+/// ... and releases it once the last byte is out.
 void board_release_line(void)
 {
-    const bool is_out = (UART0->FR & UART_FR_BUSY) == 0u;
-    if (is_out && !is_sending)
+    if ((UART0->FR & UART_FR_BUSY) == 0u)
     {
         SIO->GPIO_OUT_CLR = DRIVES_BIT;
     }
-    is_sending = !is_out;
 }
 
-static received_t received;
-
-void UART0_IRQHandler(void);
-
-void UART0_IRQHandler(void)
-{
-    while ((UART0->FR & UART_FR_RXFE) == 0u)
-    {
-        const uint32_t data = UART0->DR;
-        received_put(&received, (uint8_t)data, (data & UART_DR_ERRORS) == 0u);
-    }
-}
-
+/// The FIFO holds the bytes of a tick, which may last longer than three of them.
 static int receive(void *context, uint8_t *bytes, size_t room)
 {
     (void)context;
-    return received_take(&received, bytes, room);
+    size_t   count  = 0;
+    uint32_t errors = 0;
+    while (count < room && (UART0->FR & UART_FR_RXFE) == 0u)
+    {
+        const uint32_t data = UART0->DR;
+        bytes[count++]      = (uint8_t)data;
+        errors |= data & UART_DR_ERRORS;
+    }
+    return errors == 0u ? (int)count : MODBUS_LINE_ERROR;
 }
 
 static size_t send(void *context, const uint8_t *bytes, size_t count)

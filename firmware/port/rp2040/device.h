@@ -12,8 +12,7 @@ typedef enum
     PendSV_IRQn         = -2,
     SysTick_IRQn        = -1,
     TIMER_0_IRQn        = 0,
-    IO_BANK0_IRQn       = 13,
-    UART0_IRQn          = 20
+    IO_BANK0_IRQn       = 13
 } IRQn_Type;
 
 #define __CM0PLUS_REV          0x0001U

@@ -99,6 +99,6 @@ int main(void)
         board_kick();
         serve_line(); // a line of the log takes 9 ms
         board_kick();
-        __WFI(); // until the next tick or byte
+        __WFI(); // until the next tick
     }
 }

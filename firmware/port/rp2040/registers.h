@@ -164,10 +164,10 @@ typedef struct
 #define UART_FR_RXFE   (1u << 4)
 #define UART_FR_TXFF   (1u << 5)
 #define UART_LCR_H_8   (3u << 5)
+#define UART_LCR_H_FEN (1u << 4)
 #define UART_CR_UARTEN (1u << 0)
 #define UART_CR_TXE    (1u << 8)
 #define UART_CR_RXE    (1u << 9)
-#define UART_IMSC_RXIM (1u << 4)
 
 // --- TIMER and WATCHDOG --------------------------------------------------------------------------------------------
 

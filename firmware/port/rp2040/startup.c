@@ -29,7 +29,6 @@ void Exception_Handler(void);
 void startup_end(const uint32_t *frame);
 void TIMER_0_IRQHandler(void);
 void IO_BANK0_IRQHandler(void);
-void UART0_IRQHandler(void);
 
 #define FRAME_PC 6 // place of the PC among the words that an exception pushes
 
@@ -65,11 +64,10 @@ void Reset_Handler(void)
     board_reset(0, 0);
 }
 
-#define X    Exception_Handler
-#define FIVE X, X, X, X, X
-#define SIX  FIVE, X
+#define X   Exception_Handler
+#define SIX X, X, X, X, X, X
 
 __attribute__((section(".vectors"), used)) const vectors_t vectors = {
     .stack      = stack_top,
     .exceptions = {Reset_Handler, X, X, NULL, NULL, NULL, NULL, NULL, NULL, NULL, X, NULL, NULL, X, X},
-    .interrupts = {TIMER_0_IRQHandler, SIX, SIX, IO_BANK0_IRQHandler, SIX, UART0_IRQHandler, FIVE}};
+    .interrupts = {TIMER_0_IRQHandler, SIX, SIX, IO_BANK0_IRQHandler, SIX, SIX}};
