@@ -64,7 +64,7 @@ typedef struct
     tribo_breakaway_f32_t   positive;  ///< breakaway, offset_n + slope |F|, right within a factor of 3
     tribo_breakaway_f32_t   negative;  ///< breakaway in the negative direction; 0: the same as in the positive one
     float                   gravity_n; ///< constant load on the arm, as end-point force
-    float                   arm_lag_s; ///< damping divided by stiffness of the arm, s; 0: not known
+    float                   arm_lag_s; ///< damping divided by stiffness of the arm, s; 0: not known, or r steps
     float                   noise_n;   ///< standard deviation of y; 0: not known
     tribo_axis_controller_t controller;
     /// Set the poles of actuator and sensor; the other members have their defaults. Count a delay T of the loop into the
