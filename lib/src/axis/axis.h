@@ -5,18 +5,6 @@
 #include "../loop/method.h"
 #include "axis_config.h"
 
-#define axis_init    NAME(axis, init)
-#define axis_step    NAME(axis, step)
-#define axis_error   NAME(axis, error)
-#define axis_command NAME(axis, command)
-#define axis_excess  NAME(axis, excess)
-#define axis_report  NAME(axis, report)
-#define axis_rest    NAME(axis, rest)
-#define axis_restore NAME(axis, restore)
-#define axis_change  NAME(axis, change)
-#define axis_export  NAME(axis, export)
-#define axis_import  NAME(axis, import)
-
 typedef NAME(axis, t) axis_t;
 typedef NAME(axis, params_t) axis_params_t;
 typedef NAME(axis, blob_t) axis_blob_t;
@@ -116,7 +104,7 @@ static force_t begin(axis_t *axis, force_t r, force_t y, loop_functions_t *funct
     return e;
 }
 
-force_t axis_step(axis_t *axis, force_t r, force_t y)
+force_t NAME(axis, step)(axis_t *axis, force_t r, force_t y)
 {
     if (axis->active == NULL)
     {
@@ -132,7 +120,7 @@ force_t axis_step(axis_t *axis, force_t r, force_t y)
     return u;
 }
 
-force_t axis_error(axis_t *axis, force_t r, force_t y)
+force_t NAME(axis, error)(axis_t *axis, force_t r, force_t y)
 {
     if (axis->active == NULL)
     {
@@ -144,7 +132,7 @@ force_t axis_error(axis_t *axis, force_t r, force_t y)
     return begin(axis, r, y, &functions);
 }
 
-force_t axis_command(axis_t *axis, force_t v)
+force_t NAME(axis, command)(axis_t *axis, force_t v)
 {
     if (axis->active == NULL)
     {
@@ -165,12 +153,12 @@ force_t axis_command(axis_t *axis, force_t v)
     return u;
 }
 
-force_t axis_excess(const axis_t *axis)
+force_t NAME(axis, excess)(const axis_t *axis)
 {
     return axis->OF(excess);
 }
 
-void axis_report(const axis_t *axis, tribo_axis_report_t *report)
+void NAME(axis, report)(const axis_t *axis, tribo_axis_report_t *report)
 {
     *report = (tribo_axis_report_t){.breakaway_factor = 1.0f, .share = 1.0f};
     if (axis->active == NULL)
@@ -195,7 +183,7 @@ void axis_report(const axis_t *axis, tribo_axis_report_t *report)
                           axis->is_far_below != 0u);
 }
 
-void axis_rest(axis_t *axis)
+void NAME(axis, rest)(axis_t *axis)
 {
     const uint32_t limited_ticks = axis->controller.limited_ticks;
     NAME(controller, reset)(&axis->controller);
@@ -207,7 +195,7 @@ void axis_rest(axis_t *axis)
     axis->feedforward.tick.has_e   = false;
 }
 
-void axis_restore(axis_t *axis)
+void NAME(axis, restore)(axis_t *axis)
 {
     NAME(guard, restore)(&axis->guard);
     NAME(feedforward, restore)(&axis->feedforward);
@@ -226,7 +214,7 @@ static void copy_bytes(void *to, const void *from, size_t size)
     }
 }
 
-tribo_status_t axis_change(axis_t *axis, const axis_params_t *next)
+tribo_status_t NAME(axis, change)(axis_t *axis, const axis_params_t *next)
 {
     if (axis == NULL || next == NULL)
     {
@@ -258,14 +246,14 @@ static uint32_t checksum_of(const axis_blob_t *blob)
     return tribo_axis_checksum(blob, offsetof(axis_blob_t, checksum));
 }
 
-void axis_export(const axis_t *axis, axis_blob_t *blob)
+void NAME(axis, export)(const axis_t *axis, axis_blob_t *blob)
 {
     *blob = (axis_blob_t){.version = BLOB_VERSION};
     copy_bytes(blob->learned, &axis->feedforward.learner, sizeof blob->learned);
     blob->checksum = checksum_of(blob);
 }
 
-tribo_status_t axis_import(axis_t *axis, const axis_blob_t *blob)
+tribo_status_t NAME(axis, import)(axis_t *axis, const axis_blob_t *blob)
 {
     if (axis == NULL || blob == NULL)
     {

@@ -46,13 +46,15 @@ static inline force_t compensator_peek(const compensator_params_t *params, compe
 {
     NAME(friction, signals_t) unseen;
     NAME(friction, state_t) *const friction = &state->friction;
-    const relay_snapshot_t         relay    = relay_snapshot(&friction->relay);
+    const tribo_relay_latch_t      latch    = friction->relay.latch;
+    const uint8_t                  head     = friction->relay.edge.head; // the next step overwrites this one's entry
     const force_t                  n_before = friction->OF(n);
     const uint32_t                 counted  = *friction_counter(friction);
 
     const force_t f = NAME(friction, step)(&params->friction, friction, u, force_of_arm(&state->arm), &unseen);
 
-    relay_restore(&friction->relay, relay);
+    friction->relay.latch       = latch;
+    friction->relay.edge.head   = head;
     friction->OF(n)             = n_before;
     *friction_counter(friction) = counted;
     return f;

@@ -105,23 +105,4 @@ static inline uint32_t relay_q(uint32_t relays, uint32_t negative, uint32_t rise
     return armed != 0u && rises != 0u ? 1u : 0u;
 }
 
-/// The state that a step of the relays changes, to undo that step. The delay line is not part of it: once `head` is
-/// restored, the next step overwrites the new entry.
-typedef struct
-{
-    tribo_relay_latch_t latch;
-    uint8_t             head;
-} relay_snapshot_t;
-
-static inline relay_snapshot_t relay_snapshot(const tribo_relay_state_t *state)
-{
-    return (relay_snapshot_t){.latch = state->latch, .head = state->edge.head};
-}
-
-static inline void relay_restore(tribo_relay_state_t *state, relay_snapshot_t snapshot)
-{
-    state->latch     = snapshot.latch;
-    state->edge.head = snapshot.head;
-}
-
 #endif

@@ -3,15 +3,6 @@
 
 #include "joint_config.h"
 
-#define joint_step    NAME(joint, step)
-#define joint_load    NAME(joint, load)
-#define joint_rest    NAME(joint, rest)
-#define joint_restore NAME(joint, restore)
-#define joint_init    NAME(joint, init)
-#define joint_gain    NAME(joint, gain)
-#define joint_force   NAME(joint, force)
-#define joint_report  NAME(joint, report)
-
 typedef NAME(joint, t) joint_t;
 typedef NAME(joint, params_t) joint_params_t;
 typedef NAME(joint, slide_t) joint_slide_t;
@@ -391,7 +382,7 @@ static way_t motion(joint_t *x, position_t now, position_t before)
     return moved;
 }
 
-force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t q)
+force_t NAME(joint, step)(joint_t *joint, force_t effort, position_t q_ref, position_t q)
 {
     if (joint->made == 0u)
     {
@@ -431,7 +422,7 @@ force_t joint_step(joint_t *joint, force_t effort, position_t q_ref, position_t 
     return u;
 }
 
-void joint_load(joint_t *joint, force_t load)
+void NAME(joint, load)(joint_t *joint, force_t load)
 {
     if (effort_is_bad(load))
     {
@@ -441,7 +432,7 @@ void joint_load(joint_t *joint, force_t load)
     joint->load = load;
 }
 
-void joint_rest(joint_t *joint)
+void NAME(joint, rest)(joint_t *joint)
 {
     stop(joint);
     joint->runs     = 0;
@@ -454,7 +445,7 @@ void joint_rest(joint_t *joint)
     joint->astray   = 0;
 }
 
-void joint_restore(joint_t *joint)
+void NAME(joint, restore)(joint_t *joint)
 {
     joint->cause   = TRIBO_JOINT_SOUND;
     joint->turns   = 0;
@@ -462,7 +453,7 @@ void joint_restore(joint_t *joint)
     joint->astray  = 0;
 }
 
-tribo_status_t joint_gain(joint_t *joint, float gain)
+tribo_status_t NAME(joint, gain)(joint_t *joint, float gain)
 {
     if (!within(gain, 0.0f, 1.0f))
     {
@@ -473,7 +464,7 @@ tribo_status_t joint_gain(joint_t *joint, float gain)
     return TRIBO_OK;
 }
 
-tribo_status_t joint_init(joint_t *joint, const tribo_joint_config_t *config)
+tribo_status_t NAME(joint, init)(joint_t *joint, const tribo_joint_config_t *config)
 {
     if (joint == NULL || config == NULL)
     {
@@ -496,10 +487,10 @@ tribo_status_t joint_init(joint_t *joint, const tribo_joint_config_t *config)
                                           .still  = rates.rest_ticks,
                                           .alive  = rates.rest_ticks};
     set_units(joint, config);
-    return joint_gain(joint, config->gain);
+    return NAME(joint, gain)(joint, config->gain);
 }
 
-tribo_joint_force_t joint_force(const joint_t *joint)
+tribo_joint_force_t NAME(joint, force)(const joint_t *joint)
 {
     return tribo_joint_force_of(in_units(joint, joint->slide.effort),
                                 in_units(joint, joint->friction),
@@ -507,7 +498,7 @@ tribo_joint_force_t joint_force(const joint_t *joint)
                                 joint->learned != 0u ? 0.0f : in_units(joint, joint->params.effort_max));
 }
 
-void joint_report(const joint_t *joint, tribo_joint_report_t *report)
+void NAME(joint, report)(const joint_t *joint, tribo_joint_report_t *report)
 {
     *report = tribo_joint_report_of(in_units(joint, joint->friction),
                                     in_units(joint, joint->spread),

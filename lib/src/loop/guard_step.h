@@ -1,16 +1,11 @@
 // The functions of a running guard. This text serves both arithmetics.
 
-#define guard_reset   NAME(guard, reset)
-#define guard_restore NAME(guard, restore)
-#define guard_step    NAME(guard, step)
-#define guard_use     NAME(guard, use)
-
-void guard_reset(guard_state_t *state)
+void NAME(guard, reset)(guard_state_t *state)
 {
     *state = (guard_state_t){.fade = ALL};
 }
 
-void guard_restore(guard_state_t *state)
+void NAME(guard, restore)(guard_state_t *state)
 {
     state->cause   = TRIBO_GUARD_NONE;
     state->turns   = 0;
@@ -19,11 +14,11 @@ void guard_restore(guard_state_t *state)
     guard_begin(state);
 }
 
-fade_t guard_step(const guard_params_t *params, guard_state_t *state, force_t r, force_t y, force_t f, bool good)
+fade_t NAME(guard, step)(const guard_params_t *params, guard_state_t *state, force_t r, force_t y, force_t f, bool good)
 {
     if (params->on == 0u)
     {
-        guard_restore(state);
+        NAME(guard, restore)(state);
     }
     else if (good && guard_is_credible(r, y, f))
     {
@@ -44,7 +39,7 @@ static tribo_status_t part_make(const tribo_loop_part_t             *part,
     return guard_init(params, (const tribo_guard_f32_config_t *)part->config, loop->sample_time_s, full_scale_n);
 }
 
-tribo_loop_guard_t guard_use(guard_params_t *params, const tribo_guard_f32_config_t *config)
+tribo_loop_guard_t NAME(guard, use)(guard_params_t *params, const tribo_guard_f32_config_t *config)
 {
     tribo_loop_guard_t guard = {.part = {.config = config, .params = params}};
     guard.part.TYPED(make)   = part_make;

@@ -3,16 +3,13 @@
 
 #include "begin.h"
 
-#define loop_own_error   NAME(force_loop, error)
-#define loop_own_command NAME(force_loop, command)
-
-force_t loop_own_error(const loop_params_t *params, loop_state_t *state, force_t r, force_t y)
+force_t NAME(force_loop, error)(const loop_params_t *params, loop_state_t *state, force_t r, force_t y)
 {
     loop_begun_t begun;
     return loop_begin(params, state, r, y, &begun);
 }
 
-force_t loop_own_command(const loop_params_t *params, loop_state_t *state, force_t v, force_t *excess)
+force_t NAME(force_loop, command)(const loop_params_t *params, loop_state_t *state, force_t v, force_t *excess)
 {
     void *const      memory = params->method != NULL ? loop_memory(state) : NULL;
     loop_functions_t functions;

@@ -2,10 +2,9 @@
 
 #include "begin.h"
 
-#define loop_start NAME(force_loop, start)
-#define loop_step  NAME(force_loop, step)
+#define loop_step NAME(force_loop, step)
 
-tribo_status_t loop_start(loop_state_t *state, const loop_params_t *params, bool keep_learned)
+tribo_status_t NAME(force_loop, start)(loop_state_t *state, const loop_params_t *params, bool keep_learned)
 {
     if (state == NULL || params == NULL)
     {
