@@ -292,7 +292,7 @@ const char *tribo_axis_warning(uint32_t *warnings)
     case WARN_HUNTING:
         return "guard: friction faded until a restore, it reversed quickly and drove the force against the reference: "
                "do what a warning of breakaway or presliding says; without one set still_time_s to 0 if r steps or "
-               "rests, otherwise measure the poles, arm_lag_s and breakaway again";
+               "holds a still object, otherwise measure the poles, arm_lag_s and breakaway again";
     case WARN_OVERSHOOT:
         return "guard: friction faded until a restore, the force overshot its reversals again and again: "
                "do what a warning of breakaway or presliding says; without one set noise_n to an eighth of the "
