@@ -35,7 +35,8 @@ static inline double arm_change(const arm_t *x)
 
 static inline double arm_step(arm_t *x, double drive)
 {
-    return (double)tribo_arm_f32_step(&x->params, &x->state, (float)drive);
+    arm_f32_step(&x->params, &x->state, (float)drive);
+    return arm_force(x);
 }
 
 #endif
