@@ -35,8 +35,7 @@ static inline double arm_change(const arm_t *x)
 
 static inline double arm_step(arm_t *x, double drive)
 {
-    arm_f32_step(&x->params, &x->state, (float)drive);
-    return arm_force(x);
+    return (double)tribo_arm_f32_step(&x->params, &x->state, (float)drive);
 }
 
 #endif

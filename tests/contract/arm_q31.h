@@ -41,9 +41,10 @@ static inline double arm_change(const arm_t *x)
 /// A drive beyond full scale shows as full scale.
 static inline double arm_step(arm_t *x, double drive)
 {
-    const double q = round(drive / FULL_SCALE_N * 2147483648.0);
-    arm_q31_step(&x->params, &x->state, (int32_t)fmin(2147483647.0, fmax(-2147483647.0, q)));
-    return arm_force(x);
+    const double  q = round(drive / FULL_SCALE_N * 2147483648.0);
+    const int32_t force =
+        tribo_arm_q31_step(&x->params, &x->state, (int32_t)fmin(2147483647.0, fmax(-2147483647.0, q)));
+    return force / 2147483648.0 * FULL_SCALE_N;
 }
 
 #endif

@@ -29,7 +29,7 @@ void setUp(void)
 
 static float step(float drive_n)
 {
-    arm_f32_step(&params, &state, drive_n);
+    tribo_arm_f32_step(&params, &state, drive_n);
     return state.force_n;
 }
 

@@ -22,7 +22,7 @@ static tribo_arm_q31_state_t  state;
 
 static int32_t step(int32_t drive)
 {
-    arm_q31_step(&params, &state, drive);
+    tribo_arm_q31_step(&params, &state, drive);
     return tribo_arm_q31_force(&state);
 }
 
@@ -328,8 +328,8 @@ static void test_arm_moves_in_mirror_image_to_the_last_bit(void)
         {
             word            = word * 1664525u + 1013904223u;
             const int32_t d = (int32_t)word / 256;
-            arm_q31_step(&p, &state, d);
-            arm_q31_step(&p, &mirror, -d);
+            tribo_arm_q31_step(&p, &state, d);
+            tribo_arm_q31_step(&p, &mirror, -d);
             TEST_ASSERT_EQUAL_INT64(-state.force, mirror.force);
             TEST_ASSERT_EQUAL_INT32(-state.force_change, mirror.force_change);
         }
@@ -353,7 +353,7 @@ static void test_arm_rounds_towards_zero_to_the_last_bit(void)
                                               .gamma_d = gammas[i % 5u],
                                               .shift   = (uint8_t)shift};
             tribo_arm_q31_reset(&state);
-            arm_q31_step(&p, &state, d);
+            tribo_arm_q31_step(&p, &state, d);
             TEST_ASSERT_EQUAL_INT32(push / (INT64_C(1) << 28), state.force_change);
             TEST_ASSERT_EQUAL_INT64(move, state.force);
         }

@@ -132,6 +132,11 @@ float tribo_friction_f32_step(const tribo_friction_f32_params_t *params,
 /// Resets the arm to rest at F = 0 and its counter to 0.
 void tribo_arm_f32_reset(tribo_arm_f32_state_t *state);
 
+/// Runs one sample of the arm, Eq. (2), during which the force `drive_n` = u - F + g - f is constant and finite.
+/// Returns F at the end of the sample, within TRIBO_F32_FORCE_MAX_N. Cannot fail. `params` are part of
+/// tribo_compensator_f32_params_t.
+float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float drive_n);
+
 /// Checks `config` and computes `params`. Returns TRIBO_OK, TRIBO_ERR_NULL, a status of tribo_friction_f32_init, or of
 /// the arm. Writes nothing unless TRIBO_OK.
 tribo_status_t tribo_compensator_f32_init(tribo_compensator_f32_params_t       *params,

@@ -83,6 +83,10 @@ int32_t tribo_friction_q31_step(const tribo_friction_q31_params_t *params,
 /// Resets the arm to rest at F = 0 and its counter to 0.
 void tribo_arm_q31_reset(tribo_arm_q31_state_t *state);
 
+/// Runs one sample of the arm, during which the force `drive` = u - F + g - f is constant, all Q31. Returns F at the
+/// end of the sample. Cannot fail.
+int32_t tribo_arm_q31_step(const tribo_arm_q31_params_t *params, tribo_arm_q31_state_t *state, int32_t drive);
+
 /// Does what tribo_compensator_f32_init does, in Q31. Returns TRIBO_OK, TRIBO_ERR_NULL, TRIBO_ERR_FULL_SCALE or a
 /// status of tribo_compensator_f32_init. TRIBO_ERR_ARM_TOO_FAST and TRIBO_ERR_DAMPING also say that the quantised arm
 /// overflows or is not stable. tribo_friction_q31_init explains `table`. Writes only the table unless TRIBO_OK. Not for

@@ -101,3 +101,9 @@ void tribo_arm_f32_reset(tribo_arm_f32_state_t *state)
     state->force_change_n = 0.0f;
     state->clamped        = 0;
 }
+
+float tribo_arm_f32_step(const tribo_arm_f32_params_t *params, tribo_arm_f32_state_t *state, float drive_n)
+{
+    arm_f32_step(params, state, drive_n);
+    return state->force_n;
+}
