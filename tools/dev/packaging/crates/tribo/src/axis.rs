@@ -42,14 +42,14 @@ pub const fn own() -> Controller {
 #[derive(Clone, Copy, Debug)]
 pub struct AxisReport {
     pub breakaway_n: [f32; 2],
-    /// Between low and high it is, at 95 %.
+    /// Between low and high it is, at 95 % if the rig is as configured.
     pub low_n: [f32; 2],
     pub high_n: [f32; 2],
     /// Multiply the configured breakaway by it and make a new axis: 3 or 0.2 if it is far off, otherwise 1.
     pub breakaway_factor: f32,
     /// Learned from.
     pub travel_n: f32,
-    /// Work of the controller at a reversal: so many times less than without compensation; 0: not known yet.
+    /// Work of the controller (not error) at a reversal: so many times less than without compensation; 0: not known.
     pub times_less: f32,
     /// Of friction that the guard lets through, 0 to 1.
     pub share: f32,
