@@ -544,24 +544,6 @@ static void test_the_guard_fades_what_hunts_until_it_is_restored(void)
     TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings));
 }
 
-/// The friction that comes back moves u no faster than it was faded.
-static void test_a_guard_that_is_turned_off_lets_friction_back_without_a_bump(void)
-{
-    hunt();
-    stiction_n = 0.1;
-    run_triangle(2000);
-    apply_word(REGISTERS_STAGED_AT + REGISTERS_GUARD_AT, 0);
-    for (unsigned i = 0; i < 500u; i++)
-    {
-        const double u = in_newton(board.command);
-        run_triangle(1);
-        TEST_ASSERT_DOUBLE_WITHIN(4e-3, u, in_newton(board.command));
-    }
-    run_triangle(2);
-    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 1.0);
-    TEST_ASSERT_EQUAL_UINT32(0, COUNT_OF(warnings));
-}
-
 /// Nothing of a guard that is off refuses a set: neither a small input_max nor a fade_time_s that the guard could not have.
 static void test_a_guard_that_is_off_refuses_nothing(void)
 {
@@ -574,52 +556,6 @@ static void test_a_guard_that_is_off_refuses_nothing(void)
     command(REGISTERS_APPLY);
     TEST_ASSERT_EQUAL_UINT32(0, STATE_OF(refused_register));
     TEST_ASSERT_EQUAL_UINT32(REGISTERS_DONE, STATE_OF(outcome));
-}
-
-/// u with a change of the method against u without it, in a slide and in mid-stick, with and without a guard that has faded.
-static void check_change_of_method(double slide_n, double stick_n)
-{
-    static const uint32_t methods[6] = {1, 0, 2, 1, 2, 0};
-    static registers_t    saved;
-    for (unsigned i = 0; i < 60u; i++)
-    {
-        run_triangle(437);
-        const board_t  board_then = board;
-        const double   force_then = force_n;
-        const unsigned then       = ticks;
-        const bool     slides     = fabs(in_newton(board.command) - force_n) > stiction_n;
-        saved                     = registers;
-        run_triangle(1);
-        const double without = in_newton(board.command);
-
-        registers = saved;
-        board     = board_then;
-        force_n   = force_then;
-        ticks     = then;
-        apply_word(REGISTERS_STAGED_AT + REGISTERS_METHOD_AT, methods[i % 6u]);
-        run_triangle(1);
-        TEST_ASSERT_DOUBLE_WITHIN(slides ? slide_n : stick_n, without, in_newton(board.command));
-        TEST_ASSERT_EQUAL_UINT32(DRIVE_RUN, STATE_OF(state));
-        const double u = in_newton(board.command);
-        run_triangle(1);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-2, u, in_newton(board.command));
-    }
-}
-
-static void test_the_method_changes_in_a_slide_and_in_mid_stick_without_a_bump(void)
-{
-    stiction_n = 0.1;
-    start();
-    check_change_of_method(1.5e-3, 8e-3);
-}
-
-static void test_the_method_changes_without_a_bump_while_friction_is_faded(void)
-{
-    hunt();
-    stiction_n = 0.1;
-    check_change_of_method(1.5e-3, 8e-3);
-    TEST_ASSERT_TRUE((COUNT_OF(warnings) & DRIVE_WARNING_HUNTING) != 0u);
-    TEST_ASSERT_TRUE(SHOWN_OF(fade) == 0.0);
 }
 
 /// The registers from `place` on against what the library says.
@@ -1352,24 +1288,6 @@ static void test_a_store_of_other_firmware_is_reported_and_needs_a_new_set(void)
     check_waits(STORE_FOREIGN);
 }
 
-#if DRIVE_FEEDFORWARD
-/// A set of the feed-forward of one play: nothing of it is used, and the store says why. It says so until a set of today was
-/// saved.
-static void test_an_old_set_of_the_feed_forward_is_reported_and_needs_a_new_set(void)
-{
-    enum
-    {
-        OLD_LAYOUT = (int)0xe8f335d6u,
-        OLD_WORDS  = PARAMS_WORDS - PARAMS_FEED_COUNT + 31
-    };
-    uint32_t words[OLD_WORDS] = {0};
-    TEST_ASSERT_TRUE(PARAMS_LAYOUT != (uint32_t)OLD_LAYOUT && PARAMS_LAYOUT_OF(0) != (uint32_t)OLD_LAYOUT);
-    TEST_ASSERT_EQUAL_INT(STORE_OK, store_write(&flash, (uint32_t)OLD_LAYOUT, words, OLD_WORDS));
-    check_waits(STORE_FOREIGN);
-    TEST_ASSERT_EQUAL_STRING("of other firmware", store_status_text(STORE_FOREIGN));
-}
-#endif
-
 static void test_saved_params_that_the_board_refuses_are_reported_and_need_a_new_set(void)
 {
     uint32_t    words[PARAMS_WORDS];
@@ -1493,26 +1411,6 @@ static void test_an_implausible_reference_is_refused(void)
     write_number(REQUEST_AT(reference), -1.001e-9f);
     TEST_ASSERT_EQUAL_INT(MODBUS_ILLEGAL_VALUE, try_word(REQUEST_AT(reference), 0x3089705eu)); // 0.999e-9
     write_word(REQUEST_AT(decimation), 1u);                                                    // a whole number
-}
-
-/// Each force of three digits from 1 mN up to what is credible, with its words in the other order.
-static void test_words_in_another_order_are_mostly_refused(void)
-{
-    unsigned forces = 0, taken = 0;
-    start();
-    for (double unit = 1e-5; unit < 1.0; unit *= 10.0)
-    {
-        for (int digits = 100; digits < 1000 && digits * unit <= 2.0; digits++)
-        {
-            uint32_t    word;
-            const float force = (float)(digits * unit);
-            memcpy(&word, &force, sizeof word);
-            forces++;
-            taken += try_word(REQUEST_AT(reference), word << 16 | word >> 16) == MODBUS_OK;
-        }
-    }
-    TEST_ASSERT_EQUAL_UINT(2801, forces);
-    TEST_ASSERT_LESS_THAN_UINT(forces / 8u, taken);
 }
 
 static bool has_same_words(const params_set_t *a, const params_set_t *b)
