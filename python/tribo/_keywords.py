@@ -71,53 +71,6 @@ class RunKeys(TypedDict, total=False):
     usual_force_N: float
 
 
-class LoopKeys(TypedDict, total=False):
-    actuator_pole_rad_per_s: float
-    belief: float
-    damping_N_s_per_deg: float
-    fade_time_s: float
-    forgetting_per_N: float
-    full_scale_N: float
-    gain: float
-    gravity_N: float
-    inertia_N_s2_per_deg: float
-    input_max_N: float
-    jump_lead: float
-    jump_time_s: float
-    k_max: float
-    k_min: float
-    ki_per_s: float
-    kind: Literal["paper", "pi", "z", "delta", "none"]
-    kp: float
-    m: float
-    method: Literal["paper", "feedforward", "off"]
-    negative_offset_N: float
-    negative_slope: float
-    offset_N: float
-    on: bool | Literal["no", "yes"]
-    presliding_N: float
-    pulse_width_s: float
-    quick_time_s: float
-    reset_level: float
-    reversal_N: float
-    sample_time_s: float
-    sections: Sequence[Mapping[str, float]]
-    sensor: Literal["force", "none"]
-    sensor_pole_rad_per_s: float
-    set_level: float
-    slope: float
-    stiffness_N_per_deg: float
-    still_time_s: float
-    stray_N: float
-    table: Sequence[Mapping[str, float]]
-    trust: float
-    turn_N: float
-    u_max_N: float
-    u_min_N: float
-    usual_force_N: float
-    v0_N_per_s: float
-
-
 class FrictionKeys(TypedDict, total=False):
     damping_N_s_per_deg: float
     full_scale_N: float
@@ -142,28 +95,37 @@ class FrictionKeys(TypedDict, total=False):
     v0_N_per_s: float
 
 
-class CompensatorKeys(TypedDict, total=False):
-    damping_N_s_per_deg: float
-    full_scale_N: float
-    gravity_N: float
-    inertia_N_s2_per_deg: float
-    input_max_N: float
-    k_max: float
-    k_min: float
-    m: float
-    negative_offset_N: float
-    negative_slope: float
-    offset_N: float
-    pulse_width_s: float
-    reset_level: float
-    sample_time_s: float
-    set_level: float
-    slope: float
-    stiffness_N_per_deg: float
-    table: Sequence[Mapping[str, float]]
-    u_max_N: float
-    u_min_N: float
-    v0_N_per_s: float
+class CompensatorKeys(FrictionKeys, total=False):
+    pass
+
+
+class FeedForwardKeys(CompensatorKeys, total=False):
+    actuator_pole_rad_per_s: float
+    forgetting_per_N: float
+    jump_lead: float
+    jump_time_s: float
+    presliding_N: float
+    reversal_N: float
+    sensor_pole_rad_per_s: float
+    still_time_s: float
+    trust: float
+
+
+class LoopKeys(FeedForwardKeys, total=False):
+    belief: float
+    fade_time_s: float
+    gain: float
+    ki_per_s: float
+    kind: Literal["paper", "pi", "z", "delta", "none"]
+    kp: float
+    method: Literal["paper", "feedforward", "off"]
+    on: bool | Literal["no", "yes"]
+    quick_time_s: float
+    sections: Sequence[Mapping[str, float]]
+    sensor: Literal["force", "none"]
+    stray_N: float
+    turn_N: float
+    usual_force_N: float
 
 
 class GuardKeys(TypedDict, total=False):
@@ -177,36 +139,3 @@ class GuardKeys(TypedDict, total=False):
     turn_N: float
     u_max_N: float
     u_min_N: float
-
-
-class FeedForwardKeys(TypedDict, total=False):
-    actuator_pole_rad_per_s: float
-    damping_N_s_per_deg: float
-    forgetting_per_N: float
-    full_scale_N: float
-    gravity_N: float
-    inertia_N_s2_per_deg: float
-    input_max_N: float
-    jump_lead: float
-    jump_time_s: float
-    k_max: float
-    k_min: float
-    m: float
-    negative_offset_N: float
-    negative_slope: float
-    offset_N: float
-    presliding_N: float
-    pulse_width_s: float
-    reset_level: float
-    reversal_N: float
-    sample_time_s: float
-    sensor_pole_rad_per_s: float
-    set_level: float
-    slope: float
-    stiffness_N_per_deg: float
-    still_time_s: float
-    table: Sequence[Mapping[str, float]]
-    trust: float
-    u_max_N: float
-    u_min_N: float
-    v0_N_per_s: float
