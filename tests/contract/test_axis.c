@@ -855,13 +855,17 @@ static void test_a_warning_of_the_learner_needs_settled_friction(void)
     }
 }
 
-/// The latches of a bound and of harm outlive their causes, so neither is a warning.
+/// Latches of a bound and of harm outlive their causes. Lost contact leaves V_0 low, but V_2 large.
 static void test_what_is_only_latched_is_no_warning(void)
 {
     static const struct
     {
-        float variance, sliding, factor; ///< P_00, V_0
-    } cases[]                            = {{0.1f, 0.2f, 0.2f}, {0.3f, 0.2f, 1.0f}, {0.1f, 0.7f, 1.0f}};
+        float variance, sliding, presliding, factor; ///< P_00, V_0, V_2
+    } cases[]                            = {{0.1f, 0.2f, 0.1f, 0.2f},
+                                            {0.1f, 0.2f, 0.2f, 1.0f},
+                                            {0.1f, 0.2f, -0.2f, 1.0f},
+                                            {0.3f, 0.2f, 0.1f, 1.0f},
+                                            {0.1f, 0.7f, 0.1f, 1.0f}};
     const tribo_axis_f32_config_t config = rig(1.0f);
     TEST_ASSERT_EQUAL(TRIBO_OK, init(&axis, &config));
     tribo_feedforward_learner_t *const learner = &axis.feedforward.learner;
@@ -872,6 +876,7 @@ static void test_what_is_only_latched_is_no_warning(void)
         tribo_axis_report_t report;
         learner->P[0] = cases[i].variance;
         learner->a[0] = (cases[i].sliding - 1.0f) / axis.params.feedforward.learning.deviation[0];
+        learner->a[2] = cases[i].presliding / axis.params.feedforward.learning.deviation[2];
         TRIBO(axis, report)(&axis, &report);
         TEST_ASSERT_EQUAL_FLOAT(cases[i].factor, report.breakaway_factor);
         TEST_ASSERT_TRUE((strstr(texts_of(&axis), "learning stays below") != NULL) == (report.warnings != 0u));

@@ -13,7 +13,7 @@
 #define MODEL_DEVIATION 0.02f      // standard deviation that learning does not remove, as a part of breakaway
 #define FAR_BELOW       3.0f // learned friction at its upper limit, or a load instead, as a multiple of the configured one
 #define FAR_ABOVE       0.2f    // learned friction at its lower limit
-#define LEARNED_LOW     0.25f   // learned friction below which the configured one is far too large
+#define LEARNED_LOW     0.25f   // V_0, and twice V_2, below which the configured breakaway is far too large
 #define SETTLED         0.2f    // relative variance of friction that slides both ways settle
 #define LONG_PRESLIDING 1.15f   // least V_2 in V_0 of an arm whose presliding is too long for the configured one
 #define NO_PRESLIDING   (-0.1f) // largest V_2 in V_0 of an arm whose presliding is too short
@@ -246,6 +246,7 @@ void tribo_axis_report_far(tribo_axis_report_t                *report,
     const uint32_t guard      = report->warnings & (WARN_HUNTING | WARN_OVERSHOOT);
     const bool     is_settled = learner->P[0] <= SETTLED;
     const float    V_0        = tribo_learner_sliding(learning, learner);
+    const float    V_2        = learning->deviation[2] * learner->a[2];
     report->times_less        = tribo_learner_times_less(learner);
     if (is_far_below)
     {
@@ -254,14 +255,13 @@ void tribo_axis_report_far(tribo_axis_report_t                *report,
         report->high_n[1]        = TRIBO_F32_FORCE_MAX_N;
         report->warnings |= WARN_TOO_SMALL;
     }
-    else if (is_settled && V_0 < LEARNED_LOW)
+    else if (is_settled && V_0 < LEARNED_LOW && 2.0f * magnitude(V_2) < LEARNED_LOW)
     {
         report->breakaway_factor = FAR_ABOVE;
         report->warnings |= WARN_TOO_LARGE;
     }
     else if (guard != 0u && is_settled)
     {
-        const float V_2 = learning->deviation[2] * learner->a[2];
         report->warnings |= bit_if(V_0 >= CLEAR && V_2 > LONG_PRESLIDING * V_0, WARN_LONG) |
                             bit_if(V_0 >= CLEAR && V_2 < NO_PRESLIDING * V_0, WARN_SHORT);
     }
