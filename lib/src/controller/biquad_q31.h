@@ -112,9 +112,9 @@ static inline void biquad_q31_section_advance(const tribo_biquad_q31_section_t *
     w1         = biquad_q31_accumulate(w1, section->minus_a1 + BIQUAD_Q31_ONE, y);
     state->w1  = (int64_t)((uint64_t)w1 + (uint64_t)tribo_q31_shift(state->w2, section->shift));
 
-    int64_t w2 = biquad_q31_accumulate(state->w2, section->c2, in);
-    w2         = biquad_q31_accumulate(w2, section->d2, y);
-    w2         = (int64_t)((uint64_t)w2 + (uint64_t)(tribo_q31_multiply(section->d2_low, y) >> 32));
+    int64_t w2          = biquad_q31_accumulate(state->w2, section->c2, in);
+    w2                  = biquad_q31_accumulate(w2, section->d2, y);
+    w2                  = (int64_t)((uint64_t)w2 + (uint64_t)(tribo_q31_multiply(section->d2_low, y) >> 32));
     const uint32_t high = (uint32_t)((uint64_t)w2 >> 32);
     state->w2           = w2;
     if (high + (UINT32_C(1) << 29) >= UINT32_C(1) << 30) // beyond 4 2^-s of full scale

@@ -1,24 +1,6 @@
 // The public functions of the feed-forward that learn, and read or reset what is learned. None of them runs in the
 // tick. This text serves both arithmetics and is included after words_f32.h or words_q31.h, and after reference.h.
 
-/// Reads a sample in N, member by member, because accesses to volatile objects keep their order.
-static void read_sample(const params_t *p, const volatile FEEDFORWARD(sample_t) * from, learner_sample_t *sample)
-{
-    const tribo_feedforward_learning_t *const in = &p->learning;
-
-    sample->travelled_n = newtons(in, from->travelled);
-    sample->friction_n  = newtons(in, from->friction);
-    sample->noise_n     = newtons(in, from->noise);
-    sample->effort_n    = newtons(in, from->effort);
-    sample->need_n      = newtons(in, from->need);
-    sample->flips       = from->flips;
-    sample->turns       = from->turns;
-    sample->chatter     = from->chatter;
-    sample->learns      = from->learns != 0u;
-    sample->moves       = from->moves != 0u;
-    sample->starts      = from->starts != 0u;
-}
-
 bool FEEDFORWARD(learn)(const loop_params_t *loop, memory_t *memory)
 {
     const params_t *const p = FEEDFORWARD(of)(loop);
@@ -27,16 +9,29 @@ bool FEEDFORWARD(learn)(const loop_params_t *loop, memory_t *memory)
     {
         return false;
     }
-    const force_t    force  = x->exchange.sample.force;
-    const prior_t    prior  = prior_of(&loop->compensator.friction, force);
-    learner_sample_t sample = {.force_n = newtons(&p->learning, force),
-                               .L_n     = newtons(&p->learning, prior.L),
-                               .load_n  = newtons(&p->learning, prior.load)};
-    read_sample(p, &x->exchange.sample, &sample);
+    const tribo_feedforward_learning_t *const   in = &p->learning;
+    const volatile FEEDFORWARD(sample_t) *const of = &x->exchange.sample;
+
+    const force_t          force  = of->force;
+    const prior_t          prior  = prior_of(&loop->compensator.friction, force);
+    const learner_sample_t sample = {.travelled_n = newtons(in, of->travelled),
+                                     .force_n     = newtons(in, force),
+                                     .friction_n  = newtons(in, of->friction),
+                                     .noise_n     = newtons(in, of->noise),
+                                     .effort_n    = newtons(in, of->effort),
+                                     .need_n      = newtons(in, of->need),
+                                     .L_n         = newtons(in, prior.L),
+                                     .load_n      = newtons(in, prior.load),
+                                     .flips       = of->flips,
+                                     .turns       = of->turns,
+                                     .chatter     = of->chatter,
+                                     .learns      = of->learns != 0u,
+                                     .moves       = of->moves != 0u,
+                                     .starts      = of->starts != 0u};
 
     tribo_feedforward_f32_weights_t result;
-    tribo_learner_step(&p->learning, &x->learner, &sample, &result);
-    weights_t used = taken(&p->learning, &result);
+    tribo_learner_step(in, &x->learner, &sample, &result);
+    weights_t used = taken(in, &result);
     used.seal      = seal_of(&used);
     copy_weights(&x->exchange.result, &used);
     x->exchange.owner = TRIBO_FEEDFORWARD_OWNER_RESULT;

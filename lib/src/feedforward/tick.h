@@ -373,27 +373,20 @@ static void post(const params_t *p, state_t *x)
     x->turned_since                                = false;
 }
 
-/// Takes the learner's result. Returns false if there is none.
-static bool fetch(state_t *x)
-{
-    if (x->exchange.owner != TRIBO_FEEDFORWARD_OWNER_RESULT)
-    {
-        return false;
-    }
-    copy_weights(&x->weights, &x->exchange.result);
-    x->exchange.owner = TRIBO_FEEDFORWARD_OWNER_TICK;
-    return true;
-}
-
 /// Every 10 ticks: takes the result of the last sample and posts the next one. b absorbs the change of f and load by
 /// the new weights, so learning never moves u. The change is counted from the f and load that this tick has used, so u
 /// continues even after corrupt weights. b then fades over 1000 tau, so that what it has absorbed comes back within a
 /// minute.
 static void exchange(const params_t *p, state_t *x)
 {
-    const bool    learned = fetch(x);
+    const bool    learned = x->exchange.owner == TRIBO_FEEDFORWARD_OWNER_RESULT;
     const bool    is_late = x->exchange.owner == TRIBO_FEEDFORWARD_OWNER_LEARNER;
     const force_t before  = plus(x->f, x->own_load);
+    if (learned)
+    {
+        copy_weights(&x->weights, &x->exchange.result);
+        x->exchange.owner = TRIBO_FEEDFORWARD_OWNER_TICK;
+    }
     if (x->weights.seal != seal_of(&x->weights))
     {
         forget_weights(p, &x->weights);

@@ -35,25 +35,6 @@ static force_t guarded_friction(const loop_params_t *params,
     return f;
 }
 
-/// The controller's error, computed by the method. If the method has no memory the controller runs alone, with the
-/// error `e`.
-static force_t method_error(const loop_params_t *params,
-                            loop_state_t        *state,
-                            void                *memory,
-                            loop_functions_t    *functions,
-                            force_t              r,
-                            force_t              y,
-                            force_t              e)
-{
-    if (memory == NULL)
-    {
-        count_one(&state->bad_inputs);
-        return e;
-    }
-    params->method->functions(functions);
-    return functions->error(params, memory, r, y, loop_fade(params, state));
-}
-
 /// Counts a bad input, whose error is 0, takes over new params, and calls the method and the guard. Returns the
 /// controller's error.
 static inline force_t loop_begin(const loop_params_t *params,
@@ -79,7 +60,15 @@ static inline force_t loop_begin(const loop_params_t *params,
     if (params->method != NULL)
     {
         begun->memory = loop_memory(state);
-        e             = method_error(params, state, begun->memory, &begun->functions, r, y, e);
+        if (begun->memory != NULL)
+        {
+            params->method->functions(&begun->functions);
+            e = begun->functions.error(params, begun->memory, r, y, loop_fade(params, state));
+        }
+        else // the controller runs alone
+        {
+            count_one(&state->bad_inputs);
+        }
     }
     begun->friction = state->OF(friction);
     if (params->guard != NULL)
