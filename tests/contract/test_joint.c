@@ -565,6 +565,67 @@ static void test_the_rise_of_a_fast_part_is_extrapolated_to_rest(void)
     TEST_ASSERT_FLOAT_WITHIN(0.01f, 0.2f, report().friction);
 }
 
+/// Slides whose speed rises to `fastest` and falls again, with an effort of its own for the slow and the fast part.
+static void humps(int count, double fastest, double slow_effort, double fast_effort)
+{
+    double q = 0.0;
+    for (int i = 0; i < 200 * count; i++)
+    {
+        const double way   = i / 200 % 2 == 0 ? 1.0 : -1.0;
+        const double speed = fastest * fmin(1.0, fmin(i % 200 + 1, 200 - i % 200) / 50.0);
+        q += way * speed;
+        (void)step(way * (speed > 0.5 * fastest ? fast_effort : slow_effort), q + way, q);
+    }
+}
+
+static void test_a_fast_motion_of_a_fine_encoder_is_no_jump(void)
+{
+    begin_without_term();
+    humps(5, 3000.0 * TRAVEL, 0.2, 0.2);
+    TEST_ASSERT_TRUE(report().is_learned);
+    TEST_ASSERT_FLOAT_WITHIN(0.05f, 0.2f, report().friction);
+}
+
+/// What bends a gear or lifts a load at both ends of a slide is not friction.
+static void test_no_more_is_learned_than_the_fast_part_of_a_slide_takes(void)
+{
+    begin_without_term();
+    humps(21, 100.0 * TRAVEL, 0.8, 0.2);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 0.2f, report().friction);
+}
+
+/// A jog at an even speed: its slow parts are some ticks, whose effort turns the joint round, too early or too late.
+static void test_a_slow_part_of_some_ticks_does_not_count(void)
+{
+    begin_without_term();
+    double q = 0.0;
+    for (int i = 0; i < 20000; i++)
+    {
+        const double way   = i / 1000 % 2 == 0 ? 1.0 : -1.0;
+        const bool   turns = i % 1000 < 20 || i % 1000 >= 980;
+        q += way * (turns ? 2.0 : 10.0);
+        (void)step(way * (turns ? -0.3 : 0.2), q + way, q);
+    }
+    TEST_ASSERT_FLOAT_WITHIN(0.03f, 0.2f, report().friction);
+}
+
+/// q_ref turns quickly, and the joint springs to and fro by 150 counts before it follows by 3000.
+static void test_a_rebound_teaches_nothing(void)
+{
+    begin_without_term();
+    double q = 0.0;
+    for (int i = 0; i < 22000; i++)
+    {
+        const double way   = i / 1100 % 2 == 0 ? 1.0 : -1.0;
+        const int    since = i % 1100;
+        const double q_ref = fmin(40.0 * since, 2400.0) + fmin(10.0 * fmax(since - 60, 0), 2000.0) - 2200.0;
+        q += way * (since < 50 || since >= 100 ? 3.0 : -3.0);
+        (void)step(way * (since < 100 ? 0.9 : 0.2), way * q_ref, q);
+    }
+    TEST_ASSERT_TRUE(report().is_learned);
+    TEST_ASSERT_FLOAT_WITHIN(0.05f, 0.2f, report().friction);
+}
+
 static void test_a_jump_or_a_slide_that_is_too_long_teaches_nothing(void)
 {
     begin_without_term();

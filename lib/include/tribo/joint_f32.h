@@ -25,8 +25,10 @@
 ///
 /// Learning. Between two reversals of q (a slide) the kinetic energy does not change, so the work of the effort goes
 /// into friction and load. Slides in both directions tell the two apart. Only the slow part of a slide counts, because
-/// viscous friction is not part of breakaway. All of a slide does if it is shorter than 6 (T + a tick), where T is the
-/// longest of 10 ms, 5 ticks and 0.8 (lag + 2 ticks). Only slides that q_ref asked for count, of 16 `travel` or more.
+/// viscous friction is not part of breakaway. All of a slide does if that part is less than a sixteenth, or if the slide
+/// is shorter than 6 (T + a tick), where T is the longest of 10 ms, 5 ticks and 0.8 (lag + 2 ticks). Effort that the
+/// slow part takes beyond the fast part lifts a load or bends a gear, and is left out. Only slides that q_ref asked for
+/// count, of 16 `travel` or more and a sixteenth of what q_ref asked for.
 ///
 /// Guard. It fades the term within 0.1 s (1.05 lags and 4 ticks if these are longer) and latches the reason until
 /// tribo_joint_f32_restore: the joint runs away from q_ref with its term, it hunts at rest, or slides give more energy
@@ -132,7 +134,7 @@ const char *tribo_joint_cause_text(tribo_joint_cause_t cause);
 /// Constants of a tick.
 typedef struct
 {
-    float    effort_max, half, fastest; ///< half of `travel`; a larger motion of q in a tick is not a motion
+    float    effort_max, half, fastest; ///< half of `travel`; what a motion of q may grow by in a tick, or it is a jump
     float    wrap, per_wrap;            ///< a turn and its reciprocal; 0: positions do not wrap
     float    gain, led;                 ///< the gain, and the gain where a hand leads
     float    jump;                      ///< largest change of the term in a tick, divided by the learned friction
@@ -172,6 +174,7 @@ struct tribo_joint_f32
     uint32_t                 still;          ///< ticks since q_ref moved, up to rest_ticks
     uint32_t                 alive;         ///< ticks until the term fades because the loop is off or the encoder fails
     float                    q_ref, q;      ///< in the last tick
+    float                    moved;         ///< change of q in the last tick
     float                    slack, astray; ///< q_ref in a play of half a travel; motion away from q_ref
     float                    share;         ///< part of the term that the guard lets through
     float level, term, kept;                ///< kept: the part of the term that your loop's integral holds after a rest

@@ -67,7 +67,7 @@ struct tribo_joint_q31
     int8_t                   sign, intended;
     uint32_t                 still;
     uint32_t                 alive; ///< ticks until the term fades because the loop is off or the encoder fails
-    int32_t                  q_ref, q, slack, astray;
+    int32_t                  q_ref, q, moved, slack, astray;
     uint32_t                 share; ///< Q32
     int32_t                  level, term, kept, load, lagged, friction, spread, offset;
     int32_t                  direction; ///< Q30

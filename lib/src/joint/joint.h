@@ -158,7 +158,7 @@ static void take_mean(joint_slide_t *slide, way_t half, bool is_whole)
     const long_t slow  = is_up ? slide->slow_travel : -slide->slow_travel;
     const long_t all   = is_up ? slide->travel : -slide->travel;
     slide->fast_travel = 0;
-    if (is_whole || slow < JOINT_SLOW_MIN * (long_t)half)
+    if (is_whole || slow < JOINT_SLOW_MIN * (long_t)half || slow < all / JOINT_SLOW_PART)
     {
         slide->mean[is_up] = mean_effort(slide->work, all + 4 * (long_t)half);
         return;
@@ -209,7 +209,8 @@ static void forget_if(joint_t *x, bool is_ruined)
 
 /// The two ticks after a slide: the first one learns, because two divisions in one tick are too many without an FPU, and
 /// the second one looks for corrupt states. From zero to the knee the mean speed is two thirds of the knee, and beyond it
-/// about 1.7 knees, so viscous friction is extrapolated to zero speed. Friction that falls with speed is not.
+/// about 1.7 knees, so viscous friction is extrapolated to zero speed. A fast part that takes less counts in place of the
+/// slow one, whose effort also lifts a load or bends a gear.
 static void finish_slide(joint_t *x)
 {
     joint_slide_t *const slide = &x->slide;
@@ -226,6 +227,7 @@ static void finish_slide(joint_t *x)
         const force_t fast = mean_effort(slide->fast_work, slide->fast_travel);
         const force_t rise = minus(fast, plus(*mean, *mean / JOINT_VISCOUS_MIN));
         *mean              = minus(*mean, within_of(rise / 8 * JOINT_VISCOUS, 0, size_of(*mean) / 4 * 3));
+        *mean              = fast < *mean ? fast : *mean;
     }
     if (slide->has[0] != 0u && slide->has[1] != 0u)
     {
@@ -234,15 +236,16 @@ static void finish_slide(joint_t *x)
 }
 
 /// Ends a slide. It counts if it is long enough and if q_ref asked for it. A sticking joint starts long after q_ref, so
-/// the travel of q_ref is counted from the last slide in that direction on.
+/// the travel of q_ref is counted from the last slide in that direction on. Far less travel is a rebound of the gear.
 static void end_slide(joint_t *x)
 {
     joint_slide_t *const slide = &x->slide;
 
     const bool   is_up    = slide->side > 0;
     const long_t travel   = is_up ? slide->travel : -slide->travel;
+    const long_t asked    = slide->asked[is_up];
     const bool   is_sound = slide->ticks < JOINT_TICKS_MAX && travel >= JOINT_SLIDE_MIN * (long_t)x->params.half;
-    if (is_sound && slide->follows != 0u && slide->asked[is_up] >= travel / 2)
+    if (is_sound && slide->follows != 0u && asked >= travel / 2 && travel >= asked / JOINT_REBOUND)
     {
         take_mean(slide, x->params.half, is_brief(x));
         slide->has[is_up] = 1;
@@ -370,11 +373,14 @@ static force_t limited(joint_t *x, long_t sum, force_t effort)
     return sum > 0 ? most : -most;
 }
 
-/// Returns the change of q in this tick. A jump that is not a motion counts as none and voids the slide.
+/// Returns the change of q in this tick. A jump, which the motion in the tick before does not lead to, counts as none and
+/// voids the slide.
 static way_t motion(joint_t *x, position_t now, position_t before)
 {
     const way_t moved = way_between(&x->params, now, before);
-    if (beyond(moved, x->params.fastest))
+    const bool  jumps = beyond(plus(moved, -x->moved), plus(x->params.fastest, size_of(x->moved)));
+    x->moved          = moved;
+    if (jumps)
     {
         x->slide.ticks = JOINT_TICKS_MAX;
         return 0;

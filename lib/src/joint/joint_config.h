@@ -16,7 +16,7 @@
 #define JOINT_OBSERVER_TIME  0.8f  // over that lag
 #define JOINT_OBSERVER_TICKS 5.0f
 #define JOINT_OBSERVER_LEAST 0.01f   // s
-#define JOINT_FASTEST        1000.0f // travels in a tick
+#define JOINT_FASTEST        1000.0f // travels by which a motion may grow in a tick
 #define JOINT_WRAP_MIN       100.0f  // travels
 #define JOINT_WRAP_MAX       1.0e9f
 #define JOINT_DEADBAND       4     // halves of a travel
@@ -24,6 +24,8 @@
 #define JOINT_AHEAD          4     // rest times at the last knee
 #define JOINT_MODEL          0.15f // of the friction: what a mean of slides leaves out
 #define JOINT_SLOW_MIN       16    // halves of a travel
+#define JOINT_SLOW_PART      16    // of a slide, one over that: a smaller part shows what accelerates the joint
+#define JOINT_REBOUND        16    // of what q_ref asked for, likewise: less travel is no slide
 #define JOINT_BRIEF          6     // time constants of the low pass
 #define JOINT_VISCOUS        5     // eighths of the rise of friction from the slow to the fast part of a slide
 #define JOINT_VISCOUS_MIN    8     // a smaller rise, friction divided by it, is none
