@@ -291,11 +291,12 @@ const char *tribo_axis_warning(uint32_t *warnings)
                "(0 stands for 1/11 of the breakaway) and initialise the axis again";
     case WARN_HUNTING:
         return "guard: friction faded until a restore, it reversed quickly and drove the force against the reference: "
-               "do what a warning of breakaway or presliding says; without one set still_time_s to 0 if r steps or "
-               "holds a still object, otherwise measure the poles, arm_lag_s and breakaway again";
+               "do what a warning of breakaway or presliding says; if that is not enough set still_time_s to 0 where r "
+               "steps or holds a still object, otherwise measure the poles, arm_lag_s and breakaway again";
     case WARN_OVERSHOOT:
         return "guard: friction faded until a restore, the force overshot its reversals again and again: "
-               "do what a warning of breakaway or presliding says; without one set noise_n to an eighth of the "
+               "do what a warning of breakaway or presliding says; if that is not enough set noise_n to an eighth of "
+               "the "
                "overshoot that you accept, or double presliding_n (0 stands for 1/11 of the breakaway)";
     case WARN_FORGOTTEN:
         return "forgotten: corrupt memory was found and reset, or a tick's first half was called without its second";
