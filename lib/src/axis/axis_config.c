@@ -295,9 +295,8 @@ const char *tribo_axis_warning(uint32_t *warnings)
                "steps or holds a still object, otherwise measure the poles, arm_lag_s and breakaway again";
     case WARN_OVERSHOOT:
         return "guard: friction faded until a restore, the force overshot its reversals again and again: "
-               "do what a warning of breakaway or presliding says; if that is not enough set noise_n to an eighth of "
-               "the "
-               "overshoot that you accept, or double presliding_n (0 stands for 1/11 of the breakaway)";
+               "do what a warning of breakaway or presliding says; if that is not enough set noise_n to an eighth "
+               "of the overshoot that you accept, or double presliding_n (0 stands for 1/11 of the breakaway)";
     case WARN_FORGOTTEN:
         return "forgotten: corrupt memory was found and reset, or a tick's first half was called without its second";
     case WARN_LATE:
