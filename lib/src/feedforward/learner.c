@@ -20,7 +20,8 @@
 #define LOAD_MAX      2.0f   // limit of the load's regressors
 #define PRESLIDING    0.15f  // least V_1^2 + V_2^2 that counts as presliding, in V_0^2
 #define LACK          1.15f  // times the deficit, what V_0 loses at a first reversal
-#define CHATTER       0.9f   // factor on V_0 each time that a hold chatters
+#define CHATTER       0.9f   // factor on V_0 each time that a hold chatters ...
+#define CHATTER_MOST  4u     // ... and how often a sample may: more comes from a corrupt tick
 #define HARM          0.6f   // xi beyond which friction fed forward does harm
 #define ON_TRIAL      0.51f  // xi after feedback: one reversal with a ratio above 1.23 exceeds HARM
 #define RATIO_PART    0.125f // weight of a reversal in the low pass of xi
@@ -340,7 +341,7 @@ void tribo_learner_step(const tribo_feedforward_learning_t *p,
     {
         apply_turn(p, x);
     }
-    for (uint32_t i = 0; i < sample->chatter; i++)
+    for (uint32_t i = 0; i < sample->chatter && i < CHATTER_MOST; i++)
     {
         set_sliding(p, x, CHATTER * tribo_learner_sliding(p, x));
     }
