@@ -584,6 +584,23 @@ static void test_a_flipped_bit_between_tick_and_learner_is_harmless(void)
     }
 }
 
+/// A noise with a flipped sign comes back. It made W negative, and in Q31 it stayed.
+static void test_a_flipped_sign_of_the_noise_comes_back(void)
+{
+    plant_t plant = {.positive = 1.0, .negative = 1.0};
+    init(&x);
+    for (int k = 0; k < 30000; k++)
+    {
+        (void)tick(&x, &plant, triangle(k));
+        if (k == 1000)
+        {
+            feedforward_flip_bit(&x.memory.state.r_noise, 31);
+            feedforward_flip_bit(&x.memory.state.y_noise, 31);
+        }
+    }
+    TEST_ASSERT_TRUE(x.memory.state.r_noise >= 0 && x.memory.state.y_noise >= 0);
+}
+
 /// b keeps nothing that v can hold: it fades within a minute.
 static void test_the_offset_comes_back(void)
 {

@@ -206,7 +206,7 @@ static inline void method_start(void *memory, bool keep_learned)
 static inline force_t noise_of(const params_t *p, force_t mean, force_t now, force_t last[2])
 {
     const force_t second = finer(size_of(minus(minus(now, last[0]), minus(last[0], last[1]))));
-    const force_t most   = plus(gained(mean, GAIN(4.0)), p->noise_floor);
+    const force_t most   = plus(gained(size_of(mean), GAIN(4.0)), p->noise_floor);
     last[1]              = last[0];
     last[0]              = now;
     return low_pass(mean, second < most ? second : most, p->noise_part);
