@@ -103,18 +103,13 @@ tribo_status_t tribo_feedforward_q31_init(tribo_feedforward_q31_params_t       *
 
     tribo_status_t status =
         tribo_feedforward_f32_init(&f32, config, arm, friction, input_max_n, usual_force_n, sample_time_s);
+    status = status == TRIBO_OK ? check(&f32, full_scale_n) : status;
     if (status == TRIBO_OK)
     {
-        status = check(&f32, full_scale_n);
+        *params = (tribo_feedforward_q31_params_t){.reversal = 0};
+        convert(params, &f32, full_scale_n);
     }
-    if (status != TRIBO_OK)
-    {
-        return status;
-    }
-    tribo_feedforward_q31_params_t made = {.reversal = 0};
-    convert(&made, &f32, full_scale_n);
-    *params = made;
-    return TRIBO_OK;
+    return status;
 }
 
 static tribo_status_t init_for(params_t                             *params,

@@ -311,10 +311,7 @@ static tribo_status_t part_make(const tribo_loop_part_t             *part,
         return TRIBO_ERR_NULL;
     }
     tribo_status_t status = PARAMETERS_CHECK(tribo_sensorless_parameters, sensorless);
-    if (status == TRIBO_OK)
-    {
-        status = FEEDFORWARD(make)(part, loop, full_scale_n, made);
-    }
+    status                = status == TRIBO_OK ? FEEDFORWARD(make)(part, loop, full_scale_n, made) : status;
     if (status == TRIBO_OK)
     {
         params->trust            = part_exactly(sensorless->belief);

@@ -14,10 +14,7 @@ tribo_status_t tribo_compensator_f32_init(tribo_compensator_f32_params_t       *
     }
     tribo_compensator_f32_params_t made;
     tribo_status_t                 status = tribo_friction_f32_init(&made.friction, &config->friction, sample_time_s);
-    if (status == TRIBO_OK)
-    {
-        status = tribo_arm_f32_init(&made.arm, &config->arm, sample_time_s);
-    }
+    status = status == TRIBO_OK ? tribo_arm_f32_init(&made.arm, &config->arm, sample_time_s) : status;
     if (status == TRIBO_OK)
     {
         *params = made;

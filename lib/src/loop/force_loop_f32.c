@@ -117,10 +117,7 @@ static tribo_status_t make_controller(tribo_force_loop_f32_params_t       *made,
 {
     *made                 = (tribo_force_loop_f32_params_t){.input_max_n = config->input_max_n, .gain = config->gain};
     tribo_status_t status = PARAMETERS_CHECK(tribo_loop_parameters, config);
-    if (status == TRIBO_OK)
-    {
-        status = name_controller(controller, section, config);
-    }
+    status                = status == TRIBO_OK ? name_controller(controller, section, config) : status;
     if (status == TRIBO_OK)
     {
         status = make != NULL ? make(&made->controller, controller, config->sample_time_s)
@@ -173,10 +170,7 @@ tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *pa
     tribo_controller_f32_config_t controller;
     tribo_biquad_f32_section_t    section;
     tribo_status_t                status = tribo_force_loop_f32_prepare(&made, config, &controller, &section);
-    if (status == TRIBO_OK)
-    {
-        status = make_parts(config, 1.0f, &made);
-    }
+    status                               = status == TRIBO_OK ? make_parts(config, 1.0f, &made) : status;
     if (status == TRIBO_OK)
     {
         *params = made;

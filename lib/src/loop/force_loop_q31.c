@@ -32,29 +32,6 @@ static tribo_status_t make_controller(tribo_force_loop_q31_params_t       *made,
         tribo_controller_q31_init(&made->controller, controller, full_scale_n, headroom));
 }
 
-/// Does all of the init except the method and the guard.
-static tribo_status_t prepare(tribo_force_loop_q31_params_t       *made,
-                              const tribo_force_loop_q31_config_t *config,
-                              tribo_headroom_q31_t                *headroom)
-{
-    const tribo_force_loop_f32_config_t *const loop = &config->loop;
-    tribo_force_loop_f32_params_t              f32;
-    tribo_controller_f32_config_t              controller;
-    tribo_biquad_f32_section_t                 section;
-
-    tribo_status_t status = tribo_force_loop_f32_prepare(&f32, loop, &controller, &section);
-    if (status == TRIBO_OK)
-    {
-        status = make_controller(made, config, &controller, headroom);
-    }
-    return status != TRIBO_OK ? status
-                              : tribo_compensator_q31_init(&made->compensator,
-                                                           config->table,
-                                                           &loop->compensator,
-                                                           loop->sample_time_s,
-                                                           config->full_scale_n);
-}
-
 tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *params,
                                          const tribo_force_loop_q31_config_t *config)
 {
@@ -62,13 +39,26 @@ tribo_status_t tribo_force_loop_q31_init(tribo_force_loop_q31_params_t       *pa
     {
         return TRIBO_ERR_NULL;
     }
-    tribo_headroom_q31_t          headroom;
+    const tribo_force_loop_f32_config_t *const loop         = &config->loop;
+    const float                                full_scale_n = config->full_scale_n;
+
     tribo_force_loop_q31_params_t made;
-    tribo_status_t                status = prepare(&made, config, &headroom);
+    tribo_headroom_q31_t          headroom;
+    tribo_force_loop_f32_params_t f32;
+    tribo_controller_f32_config_t controller;
+    tribo_biquad_f32_section_t    section;
+
+    tribo_status_t status = tribo_force_loop_f32_prepare(&f32, loop, &controller, &section);
+    status                = status == TRIBO_OK ? make_controller(&made, config, &controller, &headroom) : status;
     if (status == TRIBO_OK)
     {
-        status = make_parts(&config->loop, config->full_scale_n, &made);
+        status = tribo_compensator_q31_init(&made.compensator,
+                                            config->table,
+                                            &loop->compensator,
+                                            loop->sample_time_s,
+                                            full_scale_n);
     }
+    status = status == TRIBO_OK ? make_parts(loop, full_scale_n, &made) : status;
     if (status == TRIBO_OK)
     {
         *params = made;
@@ -90,10 +80,7 @@ tribo_status_t tribo_force_loop_q31_init_method(tribo_force_loop_q31_params_t   
     tribo_biquad_f32_section_t                 section;
 
     tribo_status_t status = tribo_force_loop_f32_prepare_method(&f32, loop, &controller, &section);
-    if (status == TRIBO_OK)
-    {
-        status = make_controller(made, config, &controller, &headroom);
-    }
+    status                = status == TRIBO_OK ? make_controller(made, config, &controller, &headroom) : status;
     if (status == TRIBO_OK)
     {
         status = tribo_friction_q31_init(&made->compensator.friction,
