@@ -1,12 +1,12 @@
-// What the drive remembers, in numbers: rigs of other frictions, sizes and sample times than the paper's, with params that a client could
-// write. The plants are those of own_plant.h.
+// What stops the drive, in numbers, on the plants of own_plant.h. Broken are rigs like the paper's with the default bounds, with every
+// method and with and without the guard; the others have other frictions, sizes and sample times, and params that a client could write.
 //
-//     loop_study_f32 loose RIGS       worst time until a contact that is loose in between stops the drive
-//     loop_study_f32 restart RIGS     of a broken rig that is stopped and started every 50 ms, until that ends; and of healthy ones
+//     loop_study_f32 broken RIGS      worst time from the break to a command of 0, as a table in Markdown
 //     loop_study_f32 swing RIGS       time until a loop that a client's tuning makes swing is stopped, and those that swing on: from the
 //                                     first turn of y by 0.3 of 4 N, or of u by 1 N, and from where u first comes near a limit
 //     loop_study_f32 healthy HOURS    false stops of 75 rigs, HOURS in all
-//     loop_study_f32 check            a little of all; fails where a target is missed
+//     loop_study_f32 check            a little of all, contacts that are loose in between, and rigs that are stopped and started every
+//                                     50 ms; fails where a target is missed
 
 #include "app/params.h"
 #include "board.h"
@@ -40,6 +40,32 @@ typedef struct
     uint64_t             seed;
 } kind_t;
 
+typedef enum
+{
+    HEALTHY,
+    DETACHED,
+    REVERSED,
+    HALF_SCALE,
+    FROZEN,
+    MOTOR_OPEN,
+    HALF_TORQUE,
+    FULL_REVERSE,
+    CONTACT_LOST,
+    CLAMPED,
+    BREAKS
+} break_t;
+
+static const char *const break_names[BREAKS] = {"healthy",
+                                                "sensor detached",
+                                                "sensor reversed",
+                                                "sensor at half its scale",
+                                                "sensor frozen, but noisy",
+                                                "motor open",
+                                                "motor at half its torque",
+                                                "command wire open: full reverse",
+                                                "contact lost",
+                                                "arm clamped"};
+
 /// A plant and its drive.
 typedef struct
 {
@@ -53,8 +79,8 @@ typedef struct
     drive_t       drive;
     uint64_t      tick;
     double        h_s;
-    bool          loose;     // the sensor shows 0 N
-    bool          renews;    // the reference
+    break_t       broken;
+    double        frozen_n;
     double        reference; // of the paper's rig, as all forces here
 } rig_t;
 
@@ -155,10 +181,7 @@ static bool apply(rig_t *rig, const params_set_t *set)
 
 static void open_rig(rig_t *rig, const kind_t *kind)
 {
-    *rig = (rig_t){.kind   = *kind,
-                   .plant  = own_plant(kind->friction, kind->factor),
-                   .h_s    = 1e-6 * kind->period_us,
-                   .renews = true};
+    *rig = (rig_t){.kind = *kind, .plant = own_plant(kind->friction, kind->factor), .h_s = 1e-6 * kind->period_us};
     sim_random_seed(&rig->random, kind->seed);
     board_init(&rig->board, 0);
     rig->board.tick_us                = kind->period_us / 50u;
@@ -185,10 +208,52 @@ static double of_paper(const rig_t *rig, loop_force_t force)
     return (double)scaling_value(force, rig->drive.setup->config.full_scale_n) / rig->kind.size;
 }
 
+static void break_rig(rig_t *rig, break_t what)
+{
+    rig->broken          = what;
+    rig->frozen_n        = rig->plant.filtered_n;
+    rig->plant.stiffness = what == CONTACT_LOST ? 0.0 : rig->plant.stiffness;
+    rig->plant.clamped   = what == CLAMPED;
+}
+
+static double sensed(const rig_t *rig)
+{
+    switch (rig->broken)
+    {
+    case DETACHED:
+        return 0.0;
+    case FROZEN:
+        return rig->frozen_n;
+    case REVERSED:
+        return -rig->plant.filtered_n;
+    case HALF_SCALE:
+        return 0.5 * rig->plant.filtered_n;
+    default:
+        return rig->plant.filtered_n;
+    }
+}
+
+#define FULL_N 2.0 // what the motor can
+
+/// What reaches the motor of a command.
+static double driven(const rig_t *rig, double u)
+{
+    switch (rig->broken)
+    {
+    case MOTOR_OPEN:
+        return 0.0;
+    case HALF_TORQUE:
+        return 0.5 * u;
+    case FULL_REVERSE:
+        return -FULL_N;
+    default:
+        return u;
+    }
+}
+
 static double shown(rig_t *rig)
 {
-    const double y = (rig->loose ? 0.0 : rig->plant.filtered_n) +
-                     (rig->kind.noise_n > 0.0 ? rig->kind.noise_n * gauss(&rig->random) : 0.0);
+    const double y = sensed(rig) + (rig->kind.noise_n > 0.0 ? rig->kind.noise_n * gauss(&rig->random) : 0.0);
     return rig->kind.step_n > 0.0 ? rig->kind.step_n * floor(y / rig->kind.step_n + 0.5) : y;
 }
 
@@ -198,12 +263,9 @@ static bool advance(rig_t *rig)
     board_new_tick(&rig->board);
     rig->board.now_us = (uint32_t)(rig->tick * rig->kind.period_us);
     rig->board.y      = force_of(rig, shown(rig));
-    if (rig->renews)
-    {
-        drive_reference(&rig->drive, force_of(rig, rig->reference));
-    }
+    drive_reference(&rig->drive, force_of(rig, rig->reference));
     drive_tick(&rig->drive);
-    own_plant_step(&rig->plant, of_paper(rig, rig->board.command), rig->h_s);
+    own_plant_step(&rig->plant, driven(rig, of_paper(rig, rig->board.command)), rig->h_s);
     rig->tick++;
     return rig->drive.state != DRIVE_FAULT;
 }
@@ -257,6 +319,137 @@ static void print_kind(const rig_t *rig)
            (unsigned long long)rig->kind.seed);
 }
 
+// --- broken --------------------------------------------------------------------------------------------------------
+
+#define BROKEN_S 10.0 // of a run after the break
+#define NOISE_N  2e-3
+
+static const struct
+{
+    const char *name;
+    uint32_t    method;
+    bool        guarded;
+} set_ups[] = {{"off", PARAMS_METHOD_OFF, false},
+               {"paper", PARAMS_METHOD_PAPER, false},
+               {"paper, guard", PARAMS_METHOD_PAPER, true},
+               {"feed-forward", PARAMS_METHOD_FEEDFORWARD, false},
+               {"feed-forward, guard", PARAMS_METHOD_FEEDFORWARD, true}};
+
+#define SET_UPS (sizeof set_ups / sizeof set_ups[0])
+
+/// A row of the table, and the target in ms; 0: none.
+typedef struct
+{
+    break_t what;
+    double  low_n, high_n;
+    double  target_ms;
+} row_t;
+
+static const row_t rows[] = {{DETACHED, 0.3, 0.8, 120},
+                             {REVERSED, 0.3, 0.8, 120},
+                             {HALF_SCALE, 0.3, 0.8, 120},
+                             {CONTACT_LOST, 0.3, 0.8, 120},
+                             {MOTOR_OPEN, 0.3, 0.8, 120},
+                             {DETACHED, 0.15, 0.15, 150},
+                             {CONTACT_LOST, 0.15, 0.15, 150},
+                             {HALF_TORQUE, 0.3, 0.8, 0},
+                             {FULL_REVERSE, 0.3, 0.8, 0},
+                             {CLAMPED, 0.3, 0.8, 0},
+                             {FROZEN, 0.3, 0.8, 0}};
+
+/// The result of some rigs with the same break.
+typedef struct
+{
+    unsigned never;
+    double   worst_ms;
+} found_t;
+
+/// At `level` the reference stands still, or moves by 0.1 N at 20 mN/s. False once the drive has stopped.
+static bool advance_at(rig_t *rig, double level, bool moves)
+{
+    const double phase = fmod((double)rig->tick * rig->h_s, 10.0) / 5.0;
+    const double away  = moves ? 0.1 * (phase < 1.0 ? phase : 2.0 - phase) : 0.0;
+    rig->reference     = level < 0.0 ? level - away : level + away;
+    return advance(rig);
+}
+
+static void play_broken(found_t *found, const row_t *row, unsigned set_up, uint64_t n)
+{
+    static rig_t rig;
+    sim_random_t random;
+    sim_random_seed(&random, n);
+    const kind_t kind  = {.friction  = (own_plant_friction_t)(n % OWN_PLANT_FRICTIONS),
+                          .size      = 1.0,
+                          .period_us = 1000,
+                          .method    = set_ups[set_up].method,
+                          .guarded   = set_ups[set_up].guarded,
+                          .factor    = 0.8 + 0.4 * uniform(&random),
+                          .noise_n   = NOISE_N,
+                          .seed      = n};
+    const double size  = row->low_n + (row->high_n - row->low_n) * uniform(&random);
+    const double level = uniform(&random) < 0.5 ? size : -size;
+    const bool   moves = uniform(&random) < 0.5;
+    const double at_s  = 2.0 + 10.0 * uniform(&random);
+    open_rig(&rig, &kind);
+    while ((double)rig.tick * rig.h_s < at_s)
+    {
+        if (!advance_at(&rig, level, moves))
+        {
+            fail("a healthy drive has stopped");
+        }
+    }
+    const uint64_t at = rig.tick;
+    break_rig(&rig, row->what);
+    bool on = true;
+    while (on && (double)(rig.tick - at) * rig.h_s < BROKEN_S)
+    {
+        on = advance_at(&rig, level, moves);
+    }
+    found->worst_ms = fmax(found->worst_ms, (double)(rig.tick - at) * rig.h_s * 1e3);
+    found->never += on;
+}
+
+/// Misses of a target, counting cells; all rows, or those with a target.
+static unsigned study_broken(unsigned rigs, bool targets_only)
+{
+    unsigned missed = 0;
+    printf("| %s, r in N |", TRIBO_ARITHMETIC);
+    for (unsigned m = 0; m < SET_UPS; m++)
+    {
+        printf(" %s |", set_ups[m].name);
+    }
+    printf(" target |\n|---|---|---|---|---|---|---|\n");
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
+    {
+        const row_t *const row = &rows[i];
+        if (targets_only && row->target_ms == 0.0)
+        {
+            continue;
+        }
+        printf("| %s, %g to %g |", break_names[row->what], row->low_n, row->high_n);
+        for (unsigned m = 0; m < SET_UPS; m++)
+        {
+            found_t found = {0};
+            for (unsigned n = 0; n < rigs; n++)
+            {
+                play_broken(&found, row, m, n);
+            }
+            if (found.never > 0u)
+            {
+                printf(" never: %u of %u |", found.never, rigs);
+            }
+            else
+            {
+                printf(" %.0f |", found.worst_ms);
+            }
+            missed += row->target_ms > 0.0 && found.worst_ms > row->target_ms;
+            (void)fflush(stdout);
+        }
+        printf(" %g |\n", row->target_ms);
+    }
+    return missed;
+}
+
 // --- loose ---------------------------------------------------------------------------------------------------------
 
 #define LOOSE_MS 200.0
@@ -289,7 +482,8 @@ static double loose_ms(rig_t *rig, const kind_t *kind, double reference, double 
     const uint64_t at = rig->tick;
     while ((double)(rig->tick - at) * rig->h_s < LAST_S)
     {
-        rig->loose = fmod((double)(rig->tick - at) * rig->h_s * 1e3, of_ms) < off_ms - 1e-6;
+        const bool off = fmod((double)(rig->tick - at) * rig->h_s * 1e3, of_ms) < off_ms - 1e-6;
+        rig->broken    = off ? DETACHED : HEALTHY;
         if (!advance(rig))
         {
             break;
@@ -298,12 +492,12 @@ static double loose_ms(rig_t *rig, const kind_t *kind, double reference, double 
     return (double)(rig->tick - at) * rig->h_s * 1e3;
 }
 
-static unsigned study_loose(unsigned rigs, uint64_t seed, bool verbose)
+static unsigned study_loose(unsigned rigs, uint64_t seed)
 {
     static const struct
     {
         double off_ms, of_ms;
-    } patterns[]                 = {{30.0, 40.0}, {49.0, 50.0}, {30.0, 60.0}, {20.0, 40.0}, {9.0, 10.0}};
+    } patterns[]                 = {{30.0, 40.0}, {49.0, 50.0}, {30.0, 60.0}};
     static const double levels[] = {0.15, -0.15, 0.3, 0.5, -0.8, 1.0};
     static rig_t        rig;
     unsigned            missed = 0;
@@ -317,7 +511,7 @@ static unsigned study_loose(unsigned rigs, uint64_t seed, bool verbose)
             {
                 const double ms = loose_ms(&rig, &kind, levels[i], patterns[p].off_ms, patterns[p].of_ms);
                 note(&seen, ms, LOOSE_MS);
-                if (verbose && ms > LOOSE_MS)
+                if (ms > LOOSE_MS)
                 {
                     print_kind(&rig);
                     printf("r %.2f N: %.0f ms\n", levels[i], ms);
@@ -332,7 +526,7 @@ static unsigned study_loose(unsigned rigs, uint64_t seed, bool verbose)
                seen.worst_ms,
                seen.missed,
                LOOSE_MS);
-        missed += p < 3u ? seen.missed : 0u;
+        missed += seen.missed;
     }
     return missed;
 }
@@ -341,16 +535,15 @@ static unsigned study_loose(unsigned rigs, uint64_t seed, bool verbose)
 
 #define RESTART_MS 500.0
 
-/// Stopped and started every 50 ms, with a sensor that shows 0 N or an arm that has lost its contact.
-static double restart_ms(rig_t *rig, const kind_t *kind, double reference, unsigned what)
+/// Stopped and started every 50 ms.
+static double restart_ms(rig_t *rig, const kind_t *kind, double reference, break_t what)
 {
     open_rig(rig, kind);
     rig->reference = reference;
     (void)advance_for(rig, 1.0);
-    rig->loose           = what == 0u;
-    rig->plant.stiffness = what == 1u ? 0.0 : rig->plant.stiffness;
-    const uint64_t at    = rig->tick;
-    const uint64_t each  = (uint64_t)(0.05 / rig->h_s + 0.5);
+    break_rig(rig, what);
+    const uint64_t at   = rig->tick;
+    const uint64_t each = (uint64_t)(0.05 / rig->h_s + 0.5);
     while (rig->drive.state != DRIVE_FAULT && (double)(rig->tick - at) * rig->h_s < LAST_S)
     {
         if ((rig->tick - at) % each == 0u)
@@ -399,12 +592,12 @@ static unsigned study_healthy_restarts(unsigned rigs, uint64_t seed)
     return stops;
 }
 
-static unsigned study_restart(unsigned rigs, uint64_t seed, bool verbose)
+static unsigned study_restart(unsigned rigs, uint64_t seed)
 {
-    static const char *const names[]  = {"sensor detached", "contact lost"};
-    static const double      levels[] = {0.3, -0.5, 0.8};
-    static rig_t             rig;
-    unsigned                 missed = 0;
+    static const break_t breaks[] = {DETACHED, CONTACT_LOST};
+    static const double  levels[] = {0.3, -0.5, 0.8};
+    static rig_t         rig;
+    unsigned             missed = 0;
     for (unsigned what = 0; what < 2u; what++)
     {
         seen_t seen = {0};
@@ -413,9 +606,9 @@ static unsigned study_restart(unsigned rigs, uint64_t seed, bool verbose)
             const kind_t kind = kind_of(n, seed);
             for (size_t i = 0; i < sizeof levels / sizeof levels[0]; i++)
             {
-                const double ms = restart_ms(&rig, &kind, levels[i], what);
+                const double ms = restart_ms(&rig, &kind, levels[i], breaks[what]);
                 note(&seen, ms, RESTART_MS);
-                if (verbose && ms > RESTART_MS)
+                if (ms > RESTART_MS)
                 {
                     print_kind(&rig);
                     printf("r %.2f N: %.0f ms\n", levels[i], ms);
@@ -424,7 +617,7 @@ static unsigned study_restart(unsigned rigs, uint64_t seed, bool verbose)
         }
         printf("%s: started every 50 ms, %s: %u cells, worst %.0f ms, %u beyond %g ms\n",
                TRIBO_ARITHMETIC,
-               names[what],
+               break_names[breaks[what]],
                seen.cells,
                seen.worst_ms,
                seen.missed,
@@ -533,16 +726,13 @@ static const char *tune(params_set_t *set, unsigned n, double h_s, sim_random_t 
 /// Turns of u by a quarter of its range, and of y by 0.3 N of the paper's 4 N.
 typedef struct
 {
-    double   low, high, turn;
-    bool     falls;
-    unsigned turns;
+    double turn;
+    bool   falls;
 } wave_t;
 
 /// True at a turn.
 static bool watch(wave_t *wave, double x, double least)
 {
-    wave->low  = fmin(wave->low, x);
-    wave->high = fmax(wave->high, x);
     if (wave->falls ? x < wave->turn : x > wave->turn)
     {
         wave->turn = x;
@@ -553,7 +743,6 @@ static bool watch(wave_t *wave, double x, double least)
     }
     wave->falls = !wave->falls;
     wave->turn  = x;
-    wave->turns++;
     return true;
 }
 
@@ -620,10 +809,10 @@ static swing_t watch_swings(rig_t *rig, bool moves)
 typedef struct
 {
     seen_t   seen, limits;
-    unsigned run_on, of_fault[DRIVE_FAULTS];
+    unsigned run_on;
 } swings_t;
 
-static void play_tuning(swings_t *all, unsigned n, unsigned t, bool verbose)
+static void play_tuning(swings_t *all, unsigned n, unsigned t)
 {
     static rig_t rig;
     const kind_t kind = kind_of(n, 1u + t);
@@ -647,7 +836,6 @@ static void play_tuning(swings_t *all, unsigned n, unsigned t, bool verbose)
     const bool    of_limits = is_still(&swing, &swing.limits, LIMITS_REST_S);
     const double  any_s     = of_any ? swing.end_s - swing.any.onset_s : 0.0;
     const double  limits_s  = of_limits ? swing.end_s - swing.limits.onset_s : 0.0;
-    all->of_fault[rig.drive.fault] += !swing.on;
     if (of_limits)
     {
         note(&all->limits, 1e3 * limits_s, 1e3 * SWING_S);
@@ -657,20 +845,11 @@ static void play_tuning(swings_t *all, unsigned n, unsigned t, bool verbose)
         note(&all->seen, 1e3 * any_s, 1e3 * SWING_S);
         all->run_on += swing.on;
     }
-    if (verbose && (any_s > SWING_S || limits_s > SWING_S || (of_any && swing.on)))
+    if (any_s > SWING_S || limits_s > SWING_S || (of_any && swing.on))
     {
+        const char *const end = swing.on ? "runs on" : drive_fault_text(rig.drive.fault);
         print_kind(&rig);
-        printf("%s: %s after %.2f s, at limits %.2f s, u %.2f to %.2f in %u turns, y %.2f to %.2f in %u\n",
-               name,
-               swing.on ? "runs on" : drive_fault_text(rig.drive.fault),
-               any_s,
-               limits_s,
-               swing.of_u.low,
-               swing.of_u.high,
-               swing.of_u.turns,
-               swing.of_y.low,
-               swing.of_y.high,
-               swing.of_y.turns);
+        printf("%s: %s after %.2f s, at limits %.2f s\n", name, end, any_s, limits_s);
     }
 }
 
@@ -678,14 +857,14 @@ static void play_tuning(swings_t *all, unsigned n, unsigned t, bool verbose)
 #define SLOW_SHARE 0.05 // of loops that swing: small, or while they grow
 
 /// True if a loop swings on for longer than SWING_S once u has been near a limit, or too many of all do.
-static bool study_swing(unsigned rigs, unsigned step, bool verbose)
+static bool study_swing(unsigned rigs, unsigned step)
 {
     static swings_t all;
     for (unsigned n = 0; n < rigs; n++)
     {
         for (unsigned t = n % step; t < TUNINGS; t += step)
         {
-            play_tuning(&all, n, t, verbose);
+            play_tuning(&all, n, t);
         }
     }
     printf("%s: %u loops that swing, worst %.0f ms, %u beyond %g ms, %u run on\n",
@@ -699,13 +878,6 @@ static bool study_swing(unsigned rigs, unsigned step, bool verbose)
            all.limits.cells,
            all.limits.worst_ms,
            all.limits.missed);
-    for (unsigned i = 0; i < DRIVE_FAULTS; i++)
-    {
-        if (all.of_fault[i] > 0u)
-        {
-            printf("    %s: %u\n", drive_fault_text((drive_fault_t)i), all.of_fault[i]);
-        }
-    }
     return all.limits.missed > 0u || all.seen.missed > SLOW_SHARE * all.seen.cells;
 }
 
@@ -771,34 +943,11 @@ static double shape_at(const part_t *part, double t_s)
     return part->low + (part->high - part->low) * rise;
 }
 
-#define LEVELS 5u // residual, tracking, command limit, swings of u and of y
-
 typedef struct
 {
     double   hours;
     unsigned stops;
-    double   largest[SHAPES][LEVELS]; // of 1
 } healthy_t;
-
-static double share(double level, double bound)
-{
-    return bound > 0.0 ? level / bound : 0.0;
-}
-
-static void note_levels(healthy_t *seen, const rig_t *rig, shape_t shape)
-{
-    const faults_loop_t   *loop        = &rig->drive.lasting.loop;
-    const faults_bounds_t *bounds      = &rig->drive.setup->bounds;
-    const double           now[LEVELS] = {share(loop->residual, bounds->residual_level),
-                                          share(loop->tracking, bounds->tracking_level),
-                                          share(loop->command_limit, bounds->command_limit_level),
-                                          share(loop->u.level, bounds->swing_level),
-                                          share(loop->y.level, bounds->swing_level)};
-    for (unsigned i = 0; i < LEVELS; i++)
-    {
-        seen->largest[shape][i] = fmax(seen->largest[shape][i], now[i]);
-    }
-}
 
 typedef struct
 {
@@ -819,7 +968,7 @@ static double push_n(push_t *push, const part_t *part, double t_s, sim_random_t 
 
 #define PART_S 10.0
 
-static bool play_part(healthy_t *seen, rig_t *rig, const part_t *part, sim_random_t *random)
+static bool play_part(rig_t *rig, const part_t *part, sim_random_t *random)
 {
     const uint64_t at   = rig->tick;
     push_t         push = {.for_s = 0.1};
@@ -829,7 +978,6 @@ static bool play_part(healthy_t *seen, rig_t *rig, const part_t *part, sim_rando
         rig->reference    = shape_at(part, t_s);
         rig->plant.hand_n = push_n(&push, part, t_s, random);
         on                = advance(rig);
-        note_levels(seen, rig, part->shape);
     }
     return on;
 }
@@ -844,7 +992,7 @@ static void play_healthy(healthy_t *seen, const kind_t *kind, double time_s)
     while (on && (double)rig.tick * rig.h_s < time_s)
     {
         const part_t part = part_of(&random);
-        on                = play_part(seen, &rig, &part, &random);
+        on                = play_part(&rig, &part, &random);
         if (!on)
         {
             print_kind(&rig);
@@ -870,17 +1018,6 @@ static unsigned study_healthy(double hours, uint64_t seed)
         (void)fflush(stdout);
     }
     printf("%s: %u rigs, %.2f hours: %u false stops\n", TRIBO_ARITHMETIC, RIGS, seen.hours, seen.stops);
-    printf("| largest level, of 1 | residual | tracking | command limit | swings of u | swings of y "
-           "|\n|---|---|---|---|---|---|\n");
-    for (unsigned i = 0; i < SHAPES; i++)
-    {
-        printf("| %s |", shape_names[i]);
-        for (unsigned level = 0; level < LEVELS; level++)
-        {
-            printf(" %.2f |", seen.largest[i][level]);
-        }
-        printf("\n");
-    }
     return seen.stops;
 }
 
@@ -891,8 +1028,8 @@ static unsigned study_healthy(double hours, uint64_t seed)
 
 static int check(void)
 {
-    const unsigned missed = study_loose(CHECK_RIGS, 1, true) + study_restart(CHECK_RIGS, 1, true);
-    const bool     slow   = study_swing(CHECK_RIGS, 4, true);
+    const unsigned missed = study_broken(CHECK_RIGS, true) + study_loose(CHECK_RIGS, 1) + study_restart(CHECK_RIGS, 1);
+    const bool     slow   = study_swing(CHECK_RIGS, 4);
     const unsigned stops  = study_healthy(CHECK_HOURS, 1) + study_healthy_restarts(CHECK_RIGS, 1);
     printf("%u targets missed, swings are stopped %s, %u false stops\n", missed, slow ? "late" : "in time", stops);
     return missed > 0u || slow || stops > 0u;
@@ -907,22 +1044,18 @@ int main(int count, char **arguments)
     {
         return check();
     }
-    if (strcmp(what, "loose") == 0 && rigs > 0u)
+    if (strcmp(what, "broken") == 0 && rigs > 0u)
     {
-        return study_loose(rigs, 1, true) > 0u;
-    }
-    if (strcmp(what, "restart") == 0 && rigs > 0u)
-    {
-        return study_restart(rigs, 1, true) + study_healthy_restarts(rigs, 1) > 0u;
+        return study_broken(rigs, false) > 0u;
     }
     if (strcmp(what, "swing") == 0 && rigs > 0u)
     {
-        return study_swing(rigs, 1, true);
+        return study_swing(rigs, 1);
     }
     if (strcmp(what, "healthy") == 0 && amount > 0.0)
     {
         return study_healthy(amount, 1) > 0u;
     }
-    (void)fputs("usage: loop_study_f32|q31 loose RIGS | restart RIGS | swing RIGS | healthy HOURS | check\n", stderr);
+    (void)fputs("usage: loop_study_f32|q31 broken RIGS | swing RIGS | healthy HOURS | check\n", stderr);
     return 2;
 }
