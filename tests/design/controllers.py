@@ -1,4 +1,4 @@
-"""Controllers for every form of import: python-control's mixsyn and hinfsyn on seeded problems, and random ones.
+"""Controllers for every form of import: python-control's mixsyn and hinfsyn on seeded problems.
 
 The truth is the file's own numbers, evaluated here in exact rational or 500-bit arithmetic, whatever their scaling.
 """
@@ -44,25 +44,6 @@ def synthesised(seed):
 
 def _too_long(*_):
     raise TimeoutError
-
-
-def random_controller(seed):
-    """A stable K(s) of order 1 to 8 over up to eight decades, in a realisation scaled at random."""
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(1, 9))
-    poles, zeros = [], []
-    for roots, count in ((poles, n), (zeros, int(rng.integers(0, n + 1)))):
-        while len(roots) < count:
-            size = 10 ** rng.uniform(-2, 6)
-            if count - len(roots) > 1 and rng.random() < 0.4:
-                damping = rng.uniform(0.02, 1)
-                roots += [size * complex(-damping, s * np.sqrt(1 - damping**2)) for s in (1, -1)]
-            else:
-                roots.append(complex(-size))
-    a, b, c, d = scipy.signal.zpk2ss(zeros, poles, 1.0)
-    scale = np.diag(10.0 ** rng.uniform(-5, 5, n))
-    a, b, c = scale @ a @ np.linalg.inv(scale), scale @ b, c @ np.linalg.inv(scale)
-    return (a, b, c, d) if np.all(np.linalg.eigvals(a).real < 0) else None
 
 
 def polynomials(a, b, c, d):
