@@ -151,12 +151,12 @@ tribo_status_t tribo_force_loop_f32_prepare(tribo_force_loop_f32_params_t       
                : status;
 }
 
-tribo_status_t tribo_force_loop_f32_prepare_method(tribo_force_loop_f32_params_t       *params,
+tribo_status_t tribo_force_loop_f32_prepare_method(tribo_force_loop_f32_params_t       *made,
                                                    const tribo_force_loop_f32_config_t *config,
                                                    tribo_controller_f32_config_t       *controller,
                                                    tribo_biquad_f32_section_t          *section)
 {
-    return make_for_method(params, config, tribo_force_loop_f32_make_sections, controller, section);
+    return make_for_method(made, config, tribo_force_loop_f32_make_sections, controller, section);
 }
 
 tribo_status_t tribo_force_loop_f32_init(tribo_force_loop_f32_params_t       *params,
