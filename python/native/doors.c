@@ -5,6 +5,7 @@
 #include "error.h"
 
 #include "loop/joint_inputs.h"
+#include "scope.h"
 #include "tribo_arithmetic.h"
 
 #include "tribo/axis_q31.h"
@@ -164,30 +165,38 @@ static double axis_step(native_axis_t *axis, double r_n, double y_n)
 
 void native_axis_play(native_axis_t *axis, const double *r_n, const double *y_n, size_t count, double *u_n)
 {
+    const native_scope_t scope = native_enter();
     for (size_t i = 0; i < count; i++)
     {
         u_n[i] = axis_step(axis, r_n[i], y_n[i]);
     }
+    native_leave(&scope);
 }
 
 double native_axis_error(native_axis_t *axis, double r_n, double y_n)
 {
-    const double full = axis->full_scale_n;
-    return axis->q31 ? tribo_n_of_q31(
-                           tribo_axis_q31_error(&axis->fixed, tribo_q31_of_n(r_n, full), tribo_q31_of_n(y_n, full)),
-                           full)
-                     : (double)tribo_axis_f32_error(&axis->f32, (float)r_n, (float)y_n);
+    const double         full  = axis->full_scale_n;
+    const native_scope_t scope = native_enter();
+    const double         e_n =
+        axis->q31
+            ? tribo_n_of_q31(tribo_axis_q31_error(&axis->fixed, tribo_q31_of_n(r_n, full), tribo_q31_of_n(y_n, full)),
+                             full)
+            : (double)tribo_axis_f32_error(&axis->f32, (float)r_n, (float)y_n);
+    native_leave(&scope);
+    return e_n;
 }
 
 double native_axis_command(native_axis_t *axis, double v_n)
 {
-    const double full = axis->full_scale_n;
-    if (!axis->q31)
-    {
-        return (double)tribo_axis_f32_command(&axis->f32, (float)v_n);
-    }
-    common_count_bad(&axis->fixed.bad_inputs, !isfinite(v_n));
-    return learned_from(axis, tribo_axis_q31_command(&axis->fixed, tribo_q31_of_n(isfinite(v_n) ? v_n : 0.0, full)));
+    const double         full  = axis->full_scale_n;
+    const double         v     = isfinite(v_n) ? v_n : 0.0;
+    const native_scope_t scope = native_enter();
+    common_count_bad(&axis->fixed.bad_inputs, axis->q31 && !isfinite(v_n));
+    const double u_n = axis->q31
+                           ? learned_from(axis, tribo_axis_q31_command(&axis->fixed, tribo_q31_of_n(v, full)))
+                           : (double)tribo_axis_f32_command(&axis->f32, (float)v_n);
+    native_leave(&scope);
+    return u_n;
 }
 
 double native_axis_excess(const native_axis_t *axis)
@@ -333,7 +342,8 @@ void native_joint_play(native_joint_t *joint,
                        size_t          count,
                        double         *u)
 {
-    const double full = joint->effort_max;
+    const double         full  = joint->effort_max;
+    const native_scope_t scope = native_enter();
     for (size_t i = 0; i < count; i++)
     {
         if (joint->q31)
@@ -351,6 +361,7 @@ void native_joint_play(native_joint_t *joint,
             u[i] = (double)tribo_joint_f32_step(&joint->f32, (float)effort[i], (float)q_ref[i], (float)q[i]);
         }
     }
+    native_leave(&scope);
 }
 
 void native_joint_load(native_joint_t *joint, double load)

@@ -93,6 +93,11 @@ def test_a_decimal_comma_of_a_thread_changes_nothing(plain, locales):
     assert everything(folder) == wanted
 
 
+def doors():
+    return (tribo.Axis(sample_time_s=1e-3, u_min_N=-2, u_max_N=2, offset_N=0.007, slope=0.3, actuator_pole_rad_per_s=200, sensor_pole_rad_per_s=55, kp=1, ki_per_s=56),
+            tribo.Joint(sample_time_s=1e-3, effort_max=3.0, travel=0.0015, breakaway=0.3))
+
+
 @pytest.mark.skipif(foreign.UPWARD is None, reason="its number for the direction of rounding is not known")
 def test_another_direction_of_rounding_changes_no_bit(plain):
     _, wanted = plain
@@ -101,6 +106,11 @@ def test_another_direction_of_rounding_changes_no_bit(plain):
         loop, hub = tribo.Loop("triangle", {"compensator.gain": 0.875}, arith="q31"), tribo.Friction(offset_N=0.0125)
         steps = loop.steps(np.linspace(0, 0.7, 99), 0.1).tobytes(), hub.steps(np.linspace(-1, 1, 99), 0.25).tobytes(), repr(loop.step(0.3, 0.1))
     assert [column.tobytes() for column in run.values()] == wanted[1][:len(run)]
+    (axis, joint), (twin, other) = doors(), doors()
+    time_s = np.linspace(0, 9, 3000)
+    with foreign.rounding_upward():
+        bits = axis.steps(np.sin(time_s), 0.9).tobytes(), joint.steps(0.1, np.sin(time_s), np.sin(time_s - 0.05)).tobytes()
+    assert bits == (twin.steps(np.sin(time_s), 0.9).tobytes(), other.steps(0.1, np.sin(time_s), np.sin(time_s - 0.05)).tobytes())
     again = tribo.Loop("triangle", {"compensator.gain": 0.875}, arith="q31")
     again.steps(np.linspace(0, 0.7, 99), 0.1)
     assert steps == tuple(wanted[1][-5:-2]) and repr(again.step(0.3, 0.1)) == steps[2]
