@@ -49,7 +49,7 @@ static tribo_axis_controller_t controller_of(const char                       *k
 }
 
 /// `own` is room for the sections.
-static tribo_axis_f32_config_t config_of(const float                numbers[17],
+static tribo_axis_f32_config_t config_of(const float                numbers[19],
                                          const char                *kind,
                                          const float               *sections,
                                          unsigned                   count,
@@ -74,12 +74,14 @@ static tribo_axis_f32_config_t config_of(const float                numbers[17],
     config.noise_n                             = numbers[11];
     config.feedforward.actuator_pole_rad_per_s = numbers[12];
     config.feedforward.sensor_pole_rad_per_s   = numbers[13];
+    config.feedforward.presliding_n            = numbers[17];
+    config.feedforward.still_time_s            = numbers[18];
     config.controller                          = controller_of(kind, numbers, own, count);
     return config;
 }
 
 native_axis_t *native_axis_new(bool            q31,
-                               const float     numbers[17],
+                               const float     numbers[19],
                                const char     *kind,
                                const float    *sections,
                                unsigned        count,
@@ -130,7 +132,7 @@ static tribo_status_t change_q31(native_axis_t *axis, const tribo_axis_f32_confi
 }
 
 bool native_axis_change(native_axis_t  *axis,
-                        const float     numbers[17],
+                        const float     numbers[19],
                         const char     *kind,
                         const float    *sections,
                         unsigned        count,

@@ -132,10 +132,10 @@ typedef struct native_axis  native_axis_t;
 typedef struct native_joint native_joint_t;
 
 /// `numbers`: sample time, u_min, u_max, input_max, usual force, breakaway's offset and slope (positive, negative), gravity, arm's lag, noise,
-/// poles of actuator and sensor, kp, ki, full scale. `kind` of the controller: pi, sections (of five numbers each), paper, own or none. Null if it is
+/// poles of actuator and sensor, kp, ki, full scale, presliding, still time. `kind` of the controller: pi, sections (of five numbers each), paper, own or none. Null if it is
 /// refused.
 native_axis_t *native_axis_new(bool            q31,
-                               const float     numbers[17],
+                               const float     numbers[19],
                                const char     *kind,
                                const float    *sections,
                                unsigned        count,
@@ -144,7 +144,7 @@ void           native_axis_delete(native_axis_t *axis);
 
 /// Other numbers from the next tick on; the sample time and the full scale are those of the start. False: nothing has changed.
 bool   native_axis_change(native_axis_t  *axis,
-                          const float     numbers[17],
+                          const float     numbers[19],
                           const char     *kind,
                           const float    *sections,
                           unsigned        count,

@@ -71,10 +71,13 @@ class AxisChanges(TypedDict, total=False):
     gravity_N: float
     arm_lag_s: float
     noise_N: float
+    presliding_N: float
+    still_time_s: float
 
 
 _NUMBERS = ("sample_time_s", "u_min_N", "u_max_N", "input_max_N", "usual_force_N", "offset_N", "slope", "negative_offset_N", "negative_slope",
-            "gravity_N", "arm_lag_s", "noise_N", "actuator_pole_rad_per_s", "sensor_pole_rad_per_s", "kp", "ki_per_s", "full_scale_N")  # fmt: skip
+            "gravity_N", "arm_lag_s", "noise_N", "actuator_pole_rad_per_s", "sensor_pole_rad_per_s", "kp", "ki_per_s", "full_scale_N",
+            "presliding_N", "still_time_s")  # fmt: skip
 
 
 def _full_scale_N(x: dict[str, Any]) -> float:
@@ -130,6 +133,8 @@ class Axis:
         gravity_N: float = 0.0,
         arm_lag_s: float = 0.0,
         noise_N: float = 0.0,
+        presliding_N: float = 0.0,
+        still_time_s: float = 0.2,
         full_scale_N: float = 0.0,
         arith: Arithmetic = "f32",
     ) -> None:

@@ -153,6 +153,17 @@ def test_an_axis_refuses_what_is_ambiguous_or_out_of_range():
     axis.restore()
 
 
+@pytest.mark.parametrize("arith", ARITHMETICS)
+@pytest.mark.parametrize("advice", [{"presliding_N": 0.02}, {"still_time_s": 0.0}, {"noise_N": 0.002}])
+def test_what_a_warning_advises_can_be_configured(arith, advice):
+    axis = tribo.Axis(**RIG, kp=0.5, ki_per_s=27.0, arith=arith)
+    axis.change(**advice)
+    assert error_of(axis.step, 2) < error_of(tribo.Axis(**RIG, kp=0.5, ki_per_s=27.0, arith=arith).step, 2) * 2
+    (name,) = advice
+    with pytest.raises(tribo.StatusError, match=name.removesuffix("_N")):
+        axis.change(**{name: -1.0})
+
+
 JOINT = {"sample_time_s": 1e-3, "effort_max": 1.0, "travel": 4.0}
 
 

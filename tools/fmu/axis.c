@@ -47,6 +47,8 @@ static tribo_axis_f32_config_t config_of(const double fields[FIELD_COUNT], tribo
 
     config.feedforward.actuator_pole_rad_per_s = (float)fields[FIELD_actuator_pole_rad_per_s];
     config.feedforward.sensor_pole_rad_per_s   = (float)fields[FIELD_sensor_pole_rad_per_s];
+    config.feedforward.presliding_n            = (float)fields[FIELD_presliding_n];
+    config.feedforward.still_time_s            = (float)fields[FIELD_still_time_s];
     config.controller                          = controller_of(fields, sections);
     return config;
 }

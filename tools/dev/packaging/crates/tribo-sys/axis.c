@@ -32,7 +32,7 @@ typedef struct
     float        sample_time_s, u_min_n, u_max_n, input_max_n, usual_force_n;
     float        positive[2], negative[2]; ///< offset_n, slope
     float        gravity_n, arm_lag_s, noise_n;
-    float        actuator_pole_rad_per_s, sensor_pole_rad_per_s;
+    float        actuator_pole_rad_per_s, sensor_pole_rad_per_s, presliding_n, still_time_s;
     controller_t controller;
 } axis_config_t;
 
@@ -87,6 +87,8 @@ static tribo_axis_f32_config_t expanded(const axis_config_t *given)
     config.noise_n                             = given->noise_n;
     config.feedforward.actuator_pole_rad_per_s = given->actuator_pole_rad_per_s;
     config.feedforward.sensor_pole_rad_per_s   = given->sensor_pole_rad_per_s;
+    config.feedforward.presliding_n            = given->presliding_n;
+    config.feedforward.still_time_s            = given->still_time_s;
     config.controller                          = controller_of(&given->controller);
     return config;
 }

@@ -72,6 +72,10 @@ pub struct AxisConfig {
     pub actuator_pole_rad_per_s: f32,
     /// 1e-3 to 1e6 rad/s.
     pub sensor_pole_rad_per_s: f32,
+    /// Travel of F over which friction builds up; 0: 1/11 of the breakaway.
+    pub presliding_n: f32,
+    /// r counts as standing after this time without motion, usually 0.2 s; 0: never.
+    pub still_time_s: f32,
     pub controller: Controller,
 }
 

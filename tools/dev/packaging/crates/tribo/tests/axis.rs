@@ -16,6 +16,8 @@ const CONFIG: AxisConfig = AxisConfig {
     noise_n: 0.0,
     actuator_pole_rad_per_s: 200.0,
     sensor_pole_rad_per_s: 55.0,
+    presliding_n: 0.0,
+    still_time_s: 0.2,
     controller: pi(1.9, 110.0),
 };
 const PERIOD: usize = 10_000;
