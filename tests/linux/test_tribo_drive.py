@@ -38,7 +38,7 @@ watchdog: none
     (RIG + "drive: {period_us: 5}\n", "rig.yaml:4: drive.period_us: 5 is outside 10 to 100000"),
     (RIG + "drive: {period_us: .nan}\n", "rig.yaml:4: drive.period_us: "),
     (RIG + "drive: {late_us: 1000}\n", "rig.yaml:4: drive.late_us: 1000 is outside 0 to 999"),
-    (RIG + "drive: {period_us: 1000.5}\n", "rig.yaml:4: drive.period_us: 1000.5 is not a whole number"),
+    (RIG + "drive: {safe_reference_n: -2, over_current_ms: 1.5}\n", "rig.yaml:4: drive.over_current_ms: 1.5 is not a whole number"),
     (RIG + "drive: {period_us: 2000}\n", "rig.yaml:4: drive.period_us: 2000 is not the scenario's sample_time_s of 0.001"),
     (RIG.replace("10000", "1"), "rig.yaml:3: heartbeat_ms: 1 is outside 2 to 10000"),
     (RIG + "pwm: {period_ns: 0}\n", "rig.yaml:4: pwm.period_ns: 0 is outside 100 to 1e+09"),

@@ -191,7 +191,7 @@ static bool take_drive(rig_t *rig, const common_sources_t *sources, const char *
     {
         const drive_config_field_t *field = &drive_config_fields[i];
         const double                value = rig->drive_values[i];
-        const uint32_t              whole = (uint32_t)value;
+        const uint32_t              whole = field->is_float ? 0u : (uint32_t)value;
         const float                 real  = (float)value;
         memcpy((char *)&rig->drive + i * sizeof real,
                field->is_float ? (const void *)&real : (const void *)&whole,
