@@ -60,14 +60,16 @@ const char *native_column_name(unsigned column);
 bool        native_column_is_flag(unsigned column);
 
 /// Plays a checked scenario. `trace` takes its columns one after the other, each of `rows` doubles: the first of `every` ticks.
-/// `trace_q31` likewise of a second loop in Q31, null: there is none. Returns the summary as JSON, for native_free.
+/// `trace_q31` likewise of a second loop in Q31, null: there is none. Ends where `go_on`, asked now and then, returns false. Returns the
+/// summary as JSON, for native_free.
 char *native_run(const native_scenario_t *scenario,
                  bool                     q31,
                  size_t                   rows,
                  size_t                   every,
                  double                  *trace,
                  double                  *trace_q31,
-                 native_error_t          *error);
+                 bool (*go_on)(void),
+                 native_error_t *error);
 void  native_free(char *text);
 
 /// Reads a decimal number as all files of the simulator have it. Null, or what is wrong with it, e.g. "is not a number".

@@ -181,7 +181,10 @@ typedef struct
 {
     size_t  rows, every, tick;
     double *trace, *trace_q31;
+    bool (*go_on)(void);
 } recorder_t;
+
+#define TICKS_BETWEEN_QUESTIONS 65536u // a tenth of a second
 
 static void keep(const recorder_t *recorder, const sim_row_t *row, double *trace)
 {
@@ -197,7 +200,10 @@ static bool record(void *context, const sim_row_t *row, double part_done, common
 {
     recorder_t *const recorder = context;
     (void)part_done;
-    (void)error;
+    if (recorder->tick % TICKS_BETWEEN_QUESTIONS == 0u && !recorder->go_on())
+    {
+        return common_error_set(error, "interrupted");
+    }
     if (recorder->tick % recorder->every == 0u)
     {
         keep(recorder, row, recorder->trace);
@@ -216,11 +222,12 @@ char *native_run(const native_scenario_t *scenario,
                  size_t                   every,
                  double                  *trace,
                  double                  *trace_q31,
-                 native_error_t          *error)
+                 bool (*go_on)(void),
+                 native_error_t *error)
 {
-    recorder_t              recorder = {.rows = rows, .every = every, .trace = trace, .trace_q31 = trace_q31};
-    const sim_run_options_t options  = {.q31 = q31, .both = trace_q31 != NULL};
-    common_error_t          said     = {""};
+    recorder_t recorder = {.rows = rows, .every = every, .trace = trace, .trace_q31 = trace_q31, .go_on = go_on};
+    const sim_run_options_t options = {.q31 = q31, .both = trace_q31 != NULL};
+    common_error_t          said    = {""};
     sim_summary_t           summary;
     char                   *json  = NULL;
     const native_scope_t    scope = native_enter();

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import numbers
 import os
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, Unpack, cast
@@ -128,6 +129,19 @@ def _rows(made: Scenario, decimate: int, row_bytes: int) -> int:
                         f"of memory, more than {TRACE_BYTES_MAX / 1e9:.3g} GB; decimate={-(-rows * decimate // rows_max)} keeps fewer rows", "duration_s")
 
 
+_stopped = threading.local()
+
+
+def _stop(_: object, by: BaseException, __: object) -> None:
+    _stopped.by = by
+
+
+@ffi.def_extern(error=False, onerror=_stop)  # type: ignore[untyped-decorator]
+def native_go_on() -> bool:
+    """Python acts on Ctrl-C when it enters this function: the simulator calls it now and then."""
+    return True
+
+
 def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *, arith: Literal["f32", "q31", "both"] | None = None, decimate: int = 1,
         **keywords: Unpack[RunKeys]) -> Run:
     """Runs a scenario as `tribo-sim run` does: a path, the name of one in the scenarios folder, or None for the defaults, which lack `duration_s` and
@@ -160,7 +174,9 @@ def run(scenario: str | os.PathLike[str] | None, keys: Keys | None = None, /, *,
     rows = _rows(made, int(decimate), 8 * columns * loops)
     traces = [np.empty((columns, rows)) for _ in range(loops)]
     pointers = [ffi.from_buffer("double *", trace, require_writable=True) for trace in traces]
-    json_text = lib.native_run(made.handle, arith == "q31", rows, int(decimate), pointers[0], pointers[1] if arith == "both" else ffi.NULL, error)
+    json_text = lib.native_run(made.handle, arith == "q31", rows, int(decimate), pointers[0], pointers[1] if arith == "both" else ffi.NULL, lib.native_go_on, error)
+    if (stopped := _stopped.__dict__.pop("by", None)) is not None:
+        raise stopped
     if json_text == ffi.NULL:
         raise raised(error)
     try:
