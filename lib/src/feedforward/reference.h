@@ -58,11 +58,6 @@ static inline force_t clamp(force_t x, force_t low, force_t high)
     return x > high ? high : x;
 }
 
-static inline force_t clamp_of(force_t x, force_t most)
-{
-    return clamp(x, -most, most);
-}
-
 /// A play: x stays until `at` is more than `half` away, and is then dragged along.
 static inline force_t play(force_t x, force_t at, force_t half)
 {
@@ -229,7 +224,8 @@ static inline follow_t follow(const params_t *p, state_t *x, force_t r)
     x->r_noise             = noise_of(p, x->r_noise, r, x->r);
     const force_t width    = plus(p->reversal, coarser(gained(x->r_noise, GAIN(4.0))));
     const force_t distance = minus(r, x->reached);
-    const force_t moved    = sign_of(distance) * x->limited > 0 ? 0 : distance;
+    const bool    held     = x->limited != 0 && sign_of(distance) * x->limited > 0;
+    const force_t moved    = held ? 0 : distance;
     const bool    step     = size_of(moved) > p->step && size_of(minus(moved, last)) > p->step; // else a fast ramp
     const force_t before   = x->turned;
     const int8_t  sign     = x->sign;

@@ -37,6 +37,12 @@ static inline bool is_credible(force_t x, force_t most)
     return !exceeds(x, most);
 }
 
+/// x limited to +-most, by one comparison while it is inside. A NaN becomes -most.
+static inline force_t clamp_of(force_t x, force_t most)
+{
+    return !exceeds(x, most) ? x : x > 0.0f ? most : -most;
+}
+
 static inline force_t times(force_t x, number_t by)
 {
     return by * x;

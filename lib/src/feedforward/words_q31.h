@@ -62,6 +62,11 @@ static inline force_t narrowed(force_t x, uint64_t product, uint32_t shift, uint
     return signed_as(x, high >> (bits + shift - 32u) > 0u ? (UINT32_C(1) << bits) - 1u : size);
 }
 
+static inline force_t clamp_of(force_t x, force_t most)
+{
+    return limit_q31(x, -most, most);
+}
+
 static inline force_t times(force_t x, number_t by)
 {
     return narrowed(x ^ by, tribo_q31_product(tribo_q31_magnitude(x), tribo_q31_magnitude(by)), 29, 31);
