@@ -32,7 +32,6 @@ typedef struct
     double             environment_n, environment_rad_per_s;
     double             push_n, push_s, push_end_s;
     double             t;
-    double             friction_n; // of the plant's last step
 } rig_t;
 
 static void open_rig(rig_t *rig, const compensation_truth_t *truth)
@@ -59,7 +58,6 @@ static void open_rig(rig_t *rig, const compensation_truth_t *truth)
     rig->push_s                = truth->push_s;
     rig->push_end_s            = truth->push_s + truth->push_time_s;
     rig->t                     = 0.0;
-    rig->friction_n            = 0.0;
     rig->plant                 = sim_plant_create(&rig->config, &sim_paper_truth);
     TEST_ASSERT_NOT_NULL(rig->plant);
     const sim_sensor_config_t sensor = {.noise_n = truth->noise_n, .noise_seed = truth->noise_seed};
@@ -105,41 +103,6 @@ static void tick_rig(rig_t *rig, double u)
         sim_sensor_push(&rig->sensor, filtered_force(rig));
         sim_plant_step(rig->plant, rig->gain * u + push + environment_in_front(rig), &seen);
         rig->t += rig->config.step_s;
-        rig->friction_n = seen.truth.f_n;
-    }
-}
-
-/// The error of the feed-forward's L in long slides: against the plant's friction, and against the truth's L, which a slow fall
-/// on the curve of the paper's law does not reach.
-typedef struct
-{
-    double sigma, friction_n; // of the last tick; filtered
-    long   steady, counted;   // ticks
-} slide_t;
-
-#define SLIDE_TICKS 2000  // before a slide counts
-#define SLIDE_PART  0.002 // of the filter, in a tick
-
-static void judge_learning(slide_t               *slide,
-                           const rig_t           *rig,
-                           const loop_t          *loop,
-                           double                 r,
-                           compensation_result_t *result)
-{
-    const common_breakaway_config_t *truth = &rig->config.truth.friction.breakaway;
-    const double sigma = (double)loop->memory.state.sigma; // of one arithmetic: only its sign and rest count
-    const int    d     = sigma < 0.0 ? 1 : 0;
-    slide->steady      = sigma == slide->sigma ? slide->steady + 1 : 0;
-    slide->sigma       = sigma;
-    slide->friction_n += SLIDE_PART * (fabs(rig->friction_n) - slide->friction_n);
-    if (slide->steady > SLIDE_TICKS)
-    {
-        const double offset = d == 0 ? truth->offset_n : truth->negative_offset_n.value;
-        const double slope  = d == 0 ? truth->slope : truth->negative_slope.value;
-        const double L      = loop_learned_L(loop, (uint32_t)d, r);
-        slide->counted++;
-        result->friction_off += (fabs(L / slide->friction_n - 1.0) - result->friction_off) / (double)slide->counted;
-        result->breakaway_off = fmax(result->breakaway_off, fabs(L / (offset + slope * fabs(r)) - 1.0));
     }
 }
 
@@ -151,22 +114,16 @@ compensation_result_t compensation_run(compensation_t                        met
                                        double                                first_s,
                                        double                                second_s)
 {
-    const tribo_force_loop_f32_config_t  paper    = tribo_force_loop_f32_paper();
     const tribo_feedforward_f32_config_t standard = tribo_feedforward_f32_default();
-    tribo_force_loop_f32_config_t        off      = paper;
-    static tribo_force_loop_f32_params_t paper_params;
-    static tribo_force_loop_f32_state_t  paper_state;
+    tribo_force_loop_f32_config_t        off      = tribo_force_loop_f32_paper();
     static loop_t                        loop;
     rig_t                                rig;
     open_rig(&rig, truth);
-    TEST_ASSERT_EQUAL_INT(TRIBO_OK, tribo_force_loop_f32_init(&paper_params, &paper));
-    (void)tribo_force_loop_f32_start(&paper_state, &paper_params, false);
     off.gain                                   = 0.0f;
     const tribo_feedforward_f32_config_t *used = config != NULL ? config : &standard;
     const bool                            fed  = method == COMPENSATION_FEEDFORWARD;
     TEST_ASSERT_EQUAL_INT(TRIBO_OK, loop_init_feedforward(&loop, &off, fed ? used : NULL));
 
-    slide_t               slide  = {.sigma = 0.0};
     compensation_result_t result = {.rms = 0.0};
     const long            first  = lround(first_s / H);
     const long            settle = lround(fmin(truth->settle_s, 0.5 * first_s) / H);
@@ -178,9 +135,7 @@ compensation_result_t compensation_run(compensation_t                        met
         const double y     = sim_sensor_read(&rig.sensor, filtered_force(&rig));
         const double F     = force(&rig);
         const double error = r - F;
-        const double u     = method == COMPENSATION_PAPER
-                                 ? (double)tribo_force_loop_f32_step(&paper_params, &paper_state, (float)r, (float)y, NULL)
-                                 : loop_step(&loop, r, y).u;
+        const double u     = loop_step(&loop, r, y).u;
         if (k < first)
         {
             const double counted = k >= settle ? error : 0.0;
@@ -191,10 +146,6 @@ compensation_result_t compensation_run(compensation_t                        met
             result.rms += error * error;
             result.peak = fmax(result.peak, fabs(error));
             result.variation += fabs(u - last_u);
-            if (method == COMPENSATION_FEEDFORWARD)
-            {
-                judge_learning(&slide, &rig, &loop, r, &result);
-            }
         }
         last_u = u;
         tick_rig(&rig, u);

@@ -10,7 +10,6 @@
 typedef enum
 {
     COMPENSATION_OFF,
-    COMPENSATION_PAPER,
     COMPENSATION_FEEDFORWARD
 } compensation_t;
 
@@ -33,9 +32,6 @@ typedef struct
 {
     double rms, peak, variation; // of r - F, of r - F, total variation of u, over the second part of the run
     double first_rms;            // of r - F, over the first part
-    // The feed-forward's L in slides of the second part: mean difference from the plant's friction there, largest one from
-    // the truth's L, as fractions.
-    double friction_off, breakaway_off;
 } compensation_result_t;
 
 compensation_truth_t compensation_nominal(void);

@@ -374,12 +374,6 @@ static inline double loop_learned_travel(const loop_t *x)
     return (double)x->memory.state.learner.travel_n;
 }
 
-/// Breakaway in a direction at a force, in N.
-static inline double loop_learned_L(const loop_t *x, uint32_t direction, double force_n)
-{
-    return (double)TRIBO(feedforward, learned)(&x->params, &x->memory.state, direction, to_force(force_n)).L_n;
-}
-
 static inline uint32_t loop_bad_inputs(const loop_t *x)
 {
     return x->state.bad_inputs;
