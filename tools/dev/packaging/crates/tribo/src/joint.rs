@@ -10,11 +10,11 @@ pub use tribo_sys::JointConfig;
 pub enum Cause {
     /// It has not.
     Sound,
-    /// The joint moved away from its reference, with its friction term.
+    /// The joint moved away from its reference, with its friction term: pass its load.
     Astray,
     /// It went to and fro about a resting reference.
     Hunting,
-    /// Moving it gave energy: the sign of effort or encoder is wrong.
+    /// Moving it gave energy: the sign of effort or encoder is wrong, or the loop rattles.
     Reversed,
 }
 
