@@ -1,9 +1,9 @@
 // Judges the library's feed-forward on all truths, the guard beside it. Not a test; run it by hand:
 //
-//     build/host-release/tests/closed_loop/feedforward_study_f32 [NAME=VALUE...] STUDY...                 or feedforward_study_q31
+//     build/host-release/tests/closed_loop/feedforward_study_f32 drift MINUTES | iterative | rivals       or feedforward_study_q31
 //
 // A ratio is the RMS of r - F without over that with the feed-forward, after the first third of a run, with the same plant and
-// noise. NAME is a key of compensator.feedforward, or minutes, of drift. STUDY is one of truths, drift, iterative, rivals.
+// noise.
 
 #include ARITH_HEADER
 
@@ -53,8 +53,6 @@ typedef struct
 } options_t;
 
 #define OF_INSIDE(x) TRIBO_EITHER(x, (x) * FULL_SCALE_N / 536870912.0) // a force of the state
-
-static double drift_minutes = 10.0;
 
 static const options_t off = {.method = OFF, .gain = 1.0};
 
@@ -204,24 +202,6 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static void print(const char *name, double *ratios, size_t count)
-{
-    size_t worse = 0;
-    for (size_t i = 0; i < count; i++)
-    {
-        worse += ratios[i] < 1.0;
-    }
-    qsort(ratios, count, sizeof ratios[0], ascending);
-    printf("%-36s %4zu cases: least %.2f, 5 %% %.2f, median %.2f, below 1 in %zu\n",
-           name,
-           count,
-           ratios[0],
-           ratios[count / 20],
-           0.5 * (ratios[(count - 1) / 2] + ratios[count / 2]),
-           worse);
-    (void)fflush(stdout);
-}
-
 static case_t benchmark(int truth)
 {
     return (case_t){.truth         = truth,
@@ -234,19 +214,6 @@ static case_t benchmark(int truth)
 }
 
 // --- the studies ----------------------------------------------------------------------------------------------------
-
-static void study_truths(const options_t *options)
-{
-    double ratios[SIM_TRUTH_COUNT];
-    for (int truth = 0; truth < SIM_TRUTH_COUNT; truth++)
-    {
-        const case_t x   = benchmark(truth);
-        const double rms = run(&x, options);
-        ratios[truth]    = run(&x, &off) / rms;
-        printf("  %-18s %.3f mN, %.2f times\n", sim_truth_models[truth]->name, 1e3 * rms, ratios[truth]);
-    }
-    print("truths, triangle", ratios, SIM_TRUTH_COUNT);
-}
 
 /// A random rig over all truths; `i` of a row of them.
 static case_t random_case(sim_random_t *random, size_t i)
@@ -264,12 +231,11 @@ static case_t random_case(sim_random_t *random, size_t i)
     return x;
 }
 
-/// Ten minutes, or minutes=N: the largest |b| in the first minute and in the rest, at rates, breakaways and with 2 % bad readings.
-static void study_drift(const options_t *options)
+/// The largest |b| in the first minute and in the rest, at rates, breakaways and with 2 % bad readings.
+static void study_drift(const options_t *options, long minutes)
 {
     static const double rates[]     = {0.02, 0.2, 0.4, 0.8, 1.2};
     static const double breakaway[] = {0.6, 1.0, 1.5};
-    const long          minutes     = lround(drift_minutes);
     for (int bad = 0; bad < 2; bad++)
     {
         for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++)
@@ -313,9 +279,8 @@ static void study_drift(const options_t *options)
 }
 
 /// The rival for periodic references: learns an addition to r, tick by tick, from the error of the last period.
-static void study_iterative(const options_t *unused)
+static void study_iterative(void)
 {
-    (void)unused;
     static const double gain   = 0.3;
     static const int    ahead  = 60; // ticks from u to F
     const long          period = 20000;
@@ -446,75 +411,27 @@ static void study_rivals(const options_t *options)
     }
 }
 
-/// Takes an argument NAME=VALUE; false for other arguments.
-static bool take(options_t *options, const char *argument)
-{
-    tribo_feedforward_f32_config_t *const config = &options->feedforward;
-    const struct
-    {
-        const char *name;
-        float      *value;
-    } key[]             = {{"actuator_pole_rad_per_s", &config->actuator_pole_rad_per_s},
-                           {"sensor_pole_rad_per_s", &config->sensor_pole_rad_per_s},
-                           {"reversal_N", &config->reversal_n},
-                           {"presliding_N", &config->presliding_n},
-                           {"jump_time_s", &config->jump_time_s},
-                           {"jump_lead", &config->jump_lead},
-                           {"trust", &config->trust},
-                           {"forgetting_per_N", &config->forgetting_per_n},
-                           {"still_time_s", &config->still_time_s}};
-    const char  *equals = strchr(argument, '=');
-    const size_t length = equals != NULL ? (size_t)(equals - argument) : 0u;
-    if (length == 0u)
-    {
-        return false;
-    }
-    char        *end   = NULL;
-    const double value = strtod(equals + 1, &end);
-    const bool   all   = *end == '\0' && end != equals + 1;
-    if (length == strlen("minutes") && strncmp(argument, "minutes", length) == 0)
-    {
-        drift_minutes = value;
-        return all;
-    }
-    for (size_t i = 0; i < sizeof key / sizeof key[0]; i++)
-    {
-        if (strncmp(argument, key[i].name, length) == 0 && key[i].name[length] == '\0')
-        {
-            *key[i].value = (float)value;
-            return all;
-        }
-    }
-    return false;
-}
-
 int main(int argc, char **argv)
 {
-    static const struct
+    const char *const what    = argc > 1 ? argv[1] : "";
+    const long        minutes = argc > 2 ? strtol(argv[2], NULL, 10) : 0;
+    const options_t   options = {.method = FEEDFORWARD, .feedforward = tribo_feedforward_f32_default(), .gain = 1.0};
+    if (strcmp(what, "drift") == 0 && minutes > 0)
     {
-        const char *name;
-        void (*run)(const options_t *options);
-    } study[]         = {{"truths", study_truths},
-                         {"drift", study_drift},
-                         {"iterative", study_iterative},
-                         {"rivals", study_rivals}};
-    options_t options = {.method = FEEDFORWARD, .feedforward = tribo_feedforward_f32_default(), .gain = 1.0};
-    for (int i = 1; i < argc; i++)
+        study_drift(&options, minutes);
+    }
+    else if (strcmp(what, "iterative") == 0)
     {
-        bool known = take(&options, argv[i]);
-        for (size_t k = 0; k < sizeof study / sizeof study[0]; k++)
-        {
-            if (strcmp(argv[i], study[k].name) == 0)
-            {
-                study[k].run(&options);
-                known = true;
-            }
-        }
-        if (!known)
-        {
-            (void)fprintf(stderr, "feedforward_study: what is %s? The file's head says what there is.\n", argv[i]);
-            return 2;
-        }
+        study_iterative();
+    }
+    else if (strcmp(what, "rivals") == 0)
+    {
+        study_rivals(&options);
+    }
+    else
+    {
+        (void)fputs("usage: feedforward_study_f32|q31 drift MINUTES | iterative | rivals\n", stderr);
+        return 2;
     }
     return 0;
 }
