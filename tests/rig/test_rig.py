@@ -241,6 +241,9 @@ WRONG = {
     "arithmetic": (RIG + "arithmetic: q15\n", "rig.yaml:3: arithmetic: value 'q15': must be one of 'f32' or 'q31'"),
     "role": (RIG + "log: {columns: {z: a}}\n", "rig.yaml:3: log.columns.z"),
     "no name": (RIG + "log: {columns: {F: ''}}\n", "rig.yaml:3: log.columns.F"),
+    "hexadecimal": (RIG.replace("10}", "0x10}"), "rig.yaml:2: value 0x10: must be a decimal number"),
+    "thousands": (RIG + "command_per_N: 1_000\n", "rig.yaml:3: value 1_000: must be a decimal number"),
+    "thousands in text": (RIG + "command_per_N: '1_000.5e1'\n", "rig.yaml:3: value 1_000.5e1: must be a decimal number"),
     "yaml": (RIG + "log: {\n", "not YAML"),
     "twice": (RIG + "sample_time_s: 1.0e-3\n", "rig.yaml:3: sample_time_s: is given twice"),
 }

@@ -19,6 +19,7 @@ COEFFICIENT_MIN, COEFFICIENT_MAX = 1e-60, 1e60
 ORDER_MAX = 20
 DESIGN_SIZE_MAX = 200_000
 DELAY_TICKS_MAX = 40
+OTHER_NUMBER = re.compile(r"[-+]?(0[xob]\w+|\.?\d[\d.eE+-]*_[\d_.eE+-]*)")  # of YAML or Python, e.g. 0x10 and 1_000
 
 
 def _number(value):
@@ -461,6 +462,9 @@ def load_yaml(text, path):
     data = parse_yaml(text, path, "rt")
     if data is None:
         raise InputError(f"{path}:1: is empty")
+    for token in ruamel.yaml.YAML(pure=True).scan(text):
+        if isinstance(token, ruamel.yaml.tokens.ScalarToken) and OTHER_NUMBER.fullmatch(token.value):
+            raise InputError(f"{path}:{token.start_mark.line + 1}: value {token.value}: must be a decimal number, as tribo-sim reads it")
     lines = {(): 1}
     seen = set()
 
