@@ -48,7 +48,7 @@ class StatusError(ScenarioError):
     """
 
     def __init__(self, status: str, field: str, words: str) -> None:
-        super().__init__(f"{field}: {words}" if field else words, field)
+        super().__init__(f"{field}: {words}" if field and not words.startswith(f"{field}:") else words, field)
         self.status = status
         self.text = words
 

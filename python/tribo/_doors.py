@@ -21,6 +21,12 @@ def _arithmetic(arith: str) -> bool:
     return arith == "q31"
 
 
+def _number(name: str, x: Any) -> float:
+    if not hasattr(x, "__float__"):
+        raise TypeError(f"{name}={x!r}: a number is expected")
+    return float(x)
+
+
 def _columns(*inputs: npt.ArrayLike) -> list[Floats]:
     given = [np.ascontiguousarray(x, np.float64) for x in np.broadcast_arrays(*(np.atleast_1d(np.asarray(x, np.float64)) for x in inputs))]
     if given[0].ndim != 1:
@@ -98,7 +104,7 @@ def _config(x: dict[str, Any]) -> tuple[object, ...]:
     if rows.ndim != 2 or rows.shape[1] != 5:
         raise ValueError("sections: each row must have b0, b1, b2, a1, a2")
     kind = "pi" if has_gains else x["controller"] or "sections"
-    return [x[name] or 0.0 for name in _NUMBERS], kind.encode(), ffi.from_buffer("float *", rows) if rows.size else ffi.NULL, len(rows)
+    return [_number(name, x[name] or 0.0) for name in _NUMBERS], kind.encode(), ffi.from_buffer("float *", rows) if rows.size else ffi.NULL, len(rows)
 
 
 class Axis:
@@ -140,6 +146,7 @@ class Axis:
     ) -> None:
         given = locals()
         self._keywords: dict[str, Any] = {name: x for name, x in given.items() if name not in ("self", "arith")}
+        _config(self._keywords)  # names a number that is none
         if arith == "f32" and full_scale_N and not 1e-3 <= full_scale_N <= 1e6:  # of Q31, which then checks it
             raise ValueError(f"full_scale_N={full_scale_N:g}: must be 0.001 to 1e6 N")
         self._keywords["full_scale_N"] = full_scale_N or _full_scale_N(self._keywords)
@@ -274,8 +281,10 @@ class Joint:
         wrap: float = 0.0,
         arith: Arithmetic = "f32",
     ) -> None:
+        given = locals()
+        numbers = [_number(name, given[name]) for name in ("sample_time_s", "effort_max", "travel", "breakaway", "actuator_pole_rad_per_s", "gain", "wrap")]
         error = new_error()
-        made = lib.native_joint_new(_arithmetic(arith), (sample_time_s, effort_max, travel, breakaway, actuator_pole_rad_per_s, gain, wrap), error)
+        made = lib.native_joint_new(_arithmetic(arith), numbers, error)
         if made == ffi.NULL:
             raise raised(error)
         self._joint = ffi.gc(made, lib.native_joint_delete)

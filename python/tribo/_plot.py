@@ -131,7 +131,7 @@ def plot(runs: Sequence[Mapping[str, Array]], names: Sequence[str], path: str | 
         rows[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(runs) + 1, borderaxespad=0.1, fontsize=8)
         if path is not None:
             with output.replaced(path) as new:
-                figure.savefig(new, dpi=130)
+                figure.savefig(new, dpi=130, format=new.suffix[1:] or "png")
     return figure
 
 

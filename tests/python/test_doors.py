@@ -224,9 +224,14 @@ def test_a_joint_with_the_wrong_sign_says_so_until_restored(arith):
 
 def test_a_joint_refuses_what_is_out_of_range():
     for keys, words in (({"effort_max": 0}, "effort_max"), ({"travel": math.nan}, "travel"), ({"breakaway": 2.0}, "breakaway"), ({"gain": 1.5}, "gain"),
-                        ({"sample_time_s": 1.0}, "sample_time_s"), ({"actuator_pole_rad_per_s": -1}, "actuator_pole")):  # fmt: skip
+                        ({"sample_time_s": 1.0}, "^sample_time_s: 1e-6 to 0.1 s"), ({"actuator_pole_rad_per_s": -1}, "actuator_pole")):  # fmt: skip
         with pytest.raises(tribo.StatusError, match=words):
             tribo.Joint(**JOINT | keys)
+    for make, words in ((lambda: tribo.Joint(**JOINT | {"travel": "4"}), "travel='4': a number"), (lambda: tribo.Joint(**JOINT | {"gain": None}), "gain=None: a number"),
+                        (lambda: tribo.Axis(**RIG | {"u_max_N": "1"}, controller="own"), "u_max_N='1': a number"),
+                        (lambda: tribo.Axis(**RIG, kp=0.5, ki_per_s=27.0).change(kp="1"), "kp='1': a number")):  # fmt: skip
+        with pytest.raises(TypeError, match=words):
+            make()
     with pytest.raises(ValueError, match="f32 or q31"):
         tribo.Joint(**JOINT, arith="f64")
     joint = tribo.Joint(**JOINT)

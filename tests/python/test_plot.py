@@ -75,6 +75,11 @@ def test_what_cannot_be_drawn_says_why(call, words):
         call()
 
 
+def test_a_picture_without_an_ending_is_a_png(tmp_path):
+    joint().plot(path=tmp_path / "picture")
+    assert (tmp_path / "picture").read_bytes().startswith(b"\x89PNG")
+
+
 def test_an_attribute_that_is_none_names_the_columns():
     with pytest.raises(AttributeError, match="a record has no F_N; its columns are t_s, q_ref, q, u"):
         joint().F_N
