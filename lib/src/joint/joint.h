@@ -1,5 +1,5 @@
-// One tick of a joint with current and encoder. This text serves both arithmetics; joint_f32.c and joint_q31.c include
-// it after their words.
+// A joint with current and encoder: its tick, its init and what it reports. This text serves both arithmetics;
+// joint_f32.c and joint_q31.c include it after their words.
 
 #include "joint_config.h"
 
@@ -466,7 +466,7 @@ tribo_status_t NAME(joint, gain)(joint_t *joint, float gain)
         return TRIBO_ERR_JOINT_GAIN;
     }
     joint->params.gain = part_of(gain);
-    joint->params.led  = part_of(tribo_joint_led(gain));
+    joint->params.led  = part_of(limit_f32(gain, 0.0f, JOINT_LED));
     return TRIBO_OK;
 }
 
@@ -481,36 +481,47 @@ tribo_status_t NAME(joint, init)(joint_t *joint, const tribo_joint_config_t *con
     {
         return status;
     }
-    const joint_rates_t rates = tribo_joint_config_rates(config);
-    *joint                    = (joint_t){.params = {.jump          = part_of(rates.jump),
-                                                     .level_part    = part_of(rates.level_part),
-                                                     .observer_part = part_of(rates.observer_part),
-                                                     .actuator_part = part_of(rates.actuator_part),
-                                                     .fade_step     = part_of(rates.fade_step),
-                                                     .rest_ticks    = rates.rest_ticks},
-                                          .made   = 1,
-                                          .share  = ALL,
-                                          .still  = rates.rest_ticks,
-                                          .alive  = rates.rest_ticks};
+    const float    h        = config->sample_time_s;
+    const float    pole     = config->actuator_pole_rad_per_s;
+    const float    lag      = (pole > 0.0f ? 1.0f / pole : 0.0f) + JOINT_LAG_TICKS * h;
+    const float    observer = larger(larger(JOINT_OBSERVER_TIME * lag, JOINT_OBSERVER_TICKS * h), JOINT_OBSERVER_LEAST);
+    const float    actuator = pole > 0.0f ? first_order_f32_part(limit_f32(pole * h, 0.0f, 50.0f)) : 1.0f;
+    const uint32_t rest     = (uint32_t)larger(JOINT_REST_TIME / h, 4.0f);
+
+    *joint = (joint_t){.params = {.jump          = part_of(limit_f32(2.0f * h / (JOINT_JUMP_TIME * lag), 0.0f, 1.0f)),
+                                  .level_part    = part_of(first_order_f32_lag(JOINT_LEVEL_TIME, h)),
+                                  .observer_part = part_of(first_order_f32_lag(observer, h)),
+                                  .actuator_part = part_of(actuator),
+                                  .fade_step     = part_of(limit_f32(h / JOINT_FADE_TIME, 0.0f, 1.0f)),
+                                  .rest_ticks    = rest},
+                       .made   = 1,
+                       .share  = ALL,
+                       .still  = rest,
+                       .alive  = rest};
     set_units(joint, config);
     return NAME(joint, gain)(joint, config->gain);
 }
 
 tribo_joint_force_t NAME(joint, force)(const joint_t *joint)
 {
-    return tribo_joint_force_of(in_units(joint, joint->slide.effort),
-                                in_units(joint, joint->friction),
-                                (float)joint->direction / (float)DIRECTION_ONE,
-                                joint->learned != 0u ? 0.0f : in_units(joint, joint->params.effort_max));
+    const float friction = in_units(joint, joint->friction);
+    const float moving   = friction * ((float)joint->direction / (float)DIRECTION_ONE);
+    const float force    = in_units(joint, joint->slide.effort) - moving;
+    const float more     = joint->learned != 0u ? 0.0f : in_units(joint, joint->params.effort_max);
+    const float half     = JOINT_INTERVAL * friction + more;
+    return (tribo_joint_force_t){.force = force, .low = force - half, .high = force + half};
 }
 
 void NAME(joint, report)(const joint_t *joint, tribo_joint_report_t *report)
 {
-    *report = tribo_joint_report_of(in_units(joint, joint->friction),
-                                    in_units(joint, joint->spread),
-                                    joint->learned != 0u,
-                                    in_units(joint, joint->params.effort_max));
+    const bool  is_learned = joint->learned != 0u;
+    const float friction   = in_units(joint, joint->friction);
+    const float by         = 2.0f * in_units(joint, joint->spread) + JOINT_MODEL * friction;
 
+    report->friction      = friction;
+    report->low           = is_learned ? larger(friction - by, 0.0f) : 0.0f;
+    report->high          = is_learned ? friction + by : in_units(joint, joint->params.effort_max);
+    report->is_learned    = is_learned;
     report->load          = in_units(joint, joint->offset);
     report->share         = (float)joint->share * SHARE_UNIT;
     report->cause         = (tribo_joint_cause_t)joint->cause;

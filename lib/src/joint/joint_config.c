@@ -1,6 +1,6 @@
 #include "joint_config.h"
 
-#include "../number/first_order_f32.h"
+#include "../number/ieee_f32.h"
 #include "../number/ranges.h"
 
 tribo_joint_config_t tribo_joint_config(void)
@@ -38,44 +38,6 @@ tribo_status_t tribo_joint_config_check(const tribo_joint_config_t *config)
     const bool is_open = config->wrap == 0.0f;
     return is_open || within(config->wrap, JOINT_WRAP_MIN * config->travel, JOINT_WRAP_MAX) ? TRIBO_OK
                                                                                             : TRIBO_ERR_JOINT_WRAP;
-}
-
-float tribo_joint_led(float gain)
-{
-    return limit_f32(gain, 0.0f, JOINT_LED);
-}
-
-joint_rates_t tribo_joint_config_rates(const tribo_joint_config_t *config)
-{
-    const float h        = config->sample_time_s;
-    const float pole     = config->actuator_pole_rad_per_s;
-    const float actuator = pole > 0.0f ? 1.0f / pole : 0.0f;
-    const float lag      = actuator + JOINT_LAG_TICKS * h;
-    return (joint_rates_t){.jump       = limit_f32(2.0f * h / (JOINT_JUMP_TIME * lag), 0.0f, 1.0f),
-                           .level_part = first_order_f32_lag(JOINT_LEVEL_TIME, h),
-                           .observer_part =
-                               first_order_f32_lag(larger(larger(JOINT_OBSERVER_TIME * lag, JOINT_OBSERVER_TICKS * h),
-                                                          JOINT_OBSERVER_LEAST),
-                                                   h),
-                           .actuator_part = pole > 0.0f ? first_order_f32_part(limit_f32(pole * h, 0.0f, 50.0f)) : 1.0f,
-                           .fade_step     = limit_f32(h / JOINT_FADE_TIME, 0.0f, 1.0f),
-                           .rest_ticks    = (uint32_t)larger(JOINT_REST_TIME / h, 4.0f)};
-}
-
-tribo_joint_force_t tribo_joint_force_of(float effort, float friction, float direction, float more)
-{
-    const float force = effort - friction * direction;
-    const float half  = JOINT_INTERVAL * friction + more;
-    return (tribo_joint_force_t){.force = force, .low = force - half, .high = force + half};
-}
-
-tribo_joint_report_t tribo_joint_report_of(float friction, float spread, bool is_learned, float most)
-{
-    const float by = 2.0f * spread + JOINT_MODEL * friction;
-    return (tribo_joint_report_t){.friction   = friction,
-                                  .low        = is_learned ? larger(friction - by, 0.0f) : 0.0f,
-                                  .high       = is_learned ? friction + by : most,
-                                  .is_learned = is_learned};
 }
 
 const char *tribo_joint_cause_text(tribo_joint_cause_t cause)

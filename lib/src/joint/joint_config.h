@@ -36,25 +36,7 @@
 #define JOINT_INTERVAL       1.5f  // of the friction, on either side: what sticks may hold half more than what slides
 #define JOINT_TICKS_MAX      (UINT32_C(1) << 20)
 
-/// In ticks, or as a fraction of a tick.
-typedef struct
-{
-    float    jump, level_part, observer_part, actuator_part, fade_step;
-    uint32_t rest_ticks;
-} joint_rates_t;
-
-/// TRIBO_OK, or the status of the first wrong field.
+/// Returns TRIBO_OK or the status of the first wrong field.
 tribo_status_t tribo_joint_config_check(const tribo_joint_config_t *config);
-
-/// The part of the learned friction that is taken out where a hand leads.
-float tribo_joint_led(float gain);
-
-joint_rates_t tribo_joint_config_rates(const tribo_joint_config_t *config);
-
-/// The end-point force of `effort` less the friction of the motion, -1 to 1; `more`: what the interval is wider by.
-tribo_joint_force_t tribo_joint_force_of(float effort, float friction, float direction, float more);
-
-/// Friction and its interval, up to `most` before it is learned; the rest of a report is 0.
-tribo_joint_report_t tribo_joint_report_of(float friction, float spread, bool is_learned, float most);
 
 #endif

@@ -1,5 +1,6 @@
 #include "tribo/joint_q31.h"
 
+#include "../number/first_order_f32.h"
 #include "../number/fixed_q31.h"
 #include "../number/words_q31.h"
 #include "joint_config.h"

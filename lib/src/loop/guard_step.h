@@ -1,4 +1,4 @@
-// The functions of a running guard. This text serves both arithmetics.
+// The functions of a guard beside its init. This text serves both arithmetics.
 
 void NAME(guard, reset)(guard_state_t *state)
 {
