@@ -78,7 +78,7 @@ tribo_status_t foreign_loop_open(foreign_loop_t *loop, const foreign_rig_t *rig,
     loop->full_scale_n                   = 8.0 * (rig->mean + rig->amplitude);
     const float                   scale  = (float)loop->full_scale_n;
     tribo_force_loop_f32_config_t config = config_of(rig, sections, loop->full_scale_n);
-    config.gain                          = method == FOREIGN_PAPER ? 0.85f : 0.0f;
+    config.gain                          = 0.0f;
     tribo_status_t status                = TRIBO_OK;
     if (method != FOREIGN_FEEDFORWARD)
     {
@@ -124,10 +124,4 @@ bool foreign_loop_says(const foreign_loop_t *loop, const foreign_state_t *before
            now->memory.state.forgotten != before->memory.state.forgotten ||
            learner->forgotten != before->memory.state.learner.forgotten ||
            TRIBO_EITHER(false, now->state.controller.cascade.saturated != before->state.controller.cascade.saturated);
-}
-
-double foreign_loop_learned(const foreign_loop_t *loop, uint32_t direction, double force)
-{
-    const tribo_force_t at = tribo_force_of_n(force, loop->full_scale_n);
-    return (double)TRIBO(feedforward, learned)(&loop->params, &loop->state.memory.state, direction, at).L_n;
 }

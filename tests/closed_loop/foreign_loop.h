@@ -13,7 +13,6 @@
 typedef enum
 {
     FOREIGN_NONE,
-    FOREIGN_PAPER,
     FOREIGN_FEEDFORWARD
 } foreign_method_t;
 
@@ -54,8 +53,5 @@ double foreign_loop_step(foreign_loop_t *loop, double r, double y);
 
 /// Whether the loop has said that something is wrong: a latched cause, a bound that stays, or a count that rose above `before`'s.
 bool foreign_loop_says(const foreign_loop_t *loop, const foreign_state_t *before);
-
-/// L of both directions at a force, in N, as learned.
-double foreign_loop_learned(const foreign_loop_t *loop, uint32_t direction, double force);
 
 #endif
