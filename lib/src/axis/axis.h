@@ -44,16 +44,17 @@ static tribo_status_t prepare(axis_params_t *params, const tribo_axis_f32_config
     return status;
 }
 
+#include "report.h"
+
 /// Learns from a sample, and latches that the configured breakaway is far too small, because the learned values fall off
 /// again at the next reversal. Returns true if there was a sample.
 static bool learn(axis_t *axis)
 {
-    const axis_params_t *const params = axis->active;
-    if (!NAME(feedforward, learn)(&params->loop, axis_memory(axis)))
+    if (!NAME(feedforward, learn)(&axis->active->loop, axis_memory(axis)))
     {
         return false;
     }
-    if (tribo_axis_is_far_below(&params->feedforward.learning, &axis->feedforward.learner, params->usual_force_n))
+    if (is_far_below(axis))
     {
         axis->is_far_below = 1;
     }
@@ -156,31 +157,6 @@ force_t NAME(axis, command)(axis_t *axis, force_t v)
 force_t NAME(axis, excess)(const axis_t *axis)
 {
     return axis->OF(excess);
-}
-
-void NAME(axis, report)(const axis_t *axis, tribo_axis_report_t *report)
-{
-    *report = (tribo_axis_report_t){.breakaway_factor = 1.0f, .share = 1.0f};
-    if (axis->active == NULL)
-    {
-        return;
-    }
-    tribo_feedforward_learned_t learned = {.L_n = 0.0f};
-    for (uint32_t direction = TRIBO_BREAKAWAY_POSITIVE; direction <= TRIBO_BREAKAWAY_NEGATIVE; direction++)
-    {
-        learned = axis_learned(axis, direction);
-        tribo_axis_report_direction(report, direction, &learned, axis->active->feedforward.learning.breakaway_n);
-    }
-    report->share         = axis_share(axis);
-    report->bad_inputs    = axis->bad_inputs;
-    report->limited_ticks = axis->controller.limited_ticks;
-    report->forgotten     = learned.forgotten;
-    report->late          = learned.late;
-    tribo_axis_report_warn(report, &learned, axis->guard.cause, axis->is_miscalled != 0u);
-    tribo_axis_report_far(report,
-                          &axis->active->feedforward.learning,
-                          &axis->feedforward.learner,
-                          axis->is_far_below != 0u);
 }
 
 void NAME(axis, rest)(axis_t *axis)

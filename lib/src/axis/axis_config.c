@@ -1,38 +1,16 @@
 #include "axis_config.h"
 
-#include "../feedforward/learner.h"
 #include "../loop/prepare.h"
 #include "../number/ieee_f32.h"
 #include "../number/ranges.h"
 
-#define LEAST_LAG       0.05f // least lag of the arm, ticks: its poles stay inside the unit circle in Q31
-#define INERTIA_MIN     1.0e-12f
-#define STIFF           1048576.0f // of a quick arm, 2^20
-#define LAG_MAX         1.0e3f     // largest lag of the arm, ticks
-#define PRIOR_DEVIATION 0.45f      // standard deviation of the configured breakaway before learning, as a part of it
-#define MODEL_DEVIATION 0.02f      // standard deviation that learning does not remove, as a part of breakaway
-#define FAR_BELOW       3.0f // learned friction at its upper limit, or a load instead, as a multiple of the configured one
-#define FAR_ABOVE       0.2f    // learned friction at its lower limit
-#define LEARNED_LOW     0.25f   // V_0, and twice V_2, below which the configured breakaway is far too large
-#define SETTLED         0.2f    // relative variance of friction that slides both ways settle
-#define LONG_PRESLIDING 1.15f   // least V_2 in V_0 of an arm whose presliding is too long for the configured one
-#define NO_PRESLIDING   (-0.1f) // largest V_2 in V_0 of an arm whose presliding is too short
-#define CLEAR           0.4f    // least V_0 with which V_2 says so
-#define INPUT_LEAST     1.0e-6f // N, of the input_max_n that follows from the limits of u
-#define USUAL_PART      0.25f   // of the larger limit of u, as in tribo_force_loop_f32_usual_force_n
-#define OWN_GAIN        1.0e-6f // kp that the loop's init accepts; that controller never runs
-
-#define WARN_BAD_INPUT 1u
-#define WARN_LIMITED   2u
-#define WARN_TOO_SMALL 4u
-#define WARN_HUNTING   16u
-#define WARN_OVERSHOOT 32u
-#define WARN_FORGOTTEN 64u
-#define WARN_LATE      128u
-#define WARN_TOO_LARGE 256u
-#define WARN_LONG      512u
-#define WARN_SHORT     1024u
-#define WARN_CALLS     2048u
+#define LEAST_LAG   0.05f // least lag of the arm, ticks: its poles stay inside the unit circle in Q31
+#define INERTIA_MIN 1.0e-12f
+#define STIFF       1048576.0f // of a quick arm, 2^20
+#define LAG_MAX     1.0e3f     // largest lag of the arm, ticks
+#define INPUT_LEAST 1.0e-6f    // N, of the input_max_n that follows from the limits of u
+#define USUAL_PART  0.25f      // of the larger limit of u, as in tribo_force_loop_f32_usual_force_n
+#define OWN_GAIN    1.0e-6f    // kp that the loop's init accepts; that controller never runs
 
 tribo_axis_controller_t tribo_pi(float kp, float ki_per_s)
 {
@@ -194,77 +172,6 @@ uint32_t tribo_axis_checksum(const void *bytes, size_t size)
         }
     }
     return ~crc;
-}
-
-void tribo_axis_report_direction(tribo_axis_report_t               *report,
-                                 uint32_t                           direction,
-                                 const tribo_feedforward_learned_t *learned,
-                                 float                              breakaway_n)
-{
-    const float L = learned->L_n;
-    const float spread =
-        2.0f * (PRIOR_DEVIATION * root_f32(limit_f32(learned->relative_variance, 0.0f, 1.0f)) * breakaway_n +
-                MODEL_DEVIATION * L);
-
-    report->breakaway_n[direction] = L;
-    report->low_n[direction]       = larger(L - spread, 0.0f);
-    report->high_n[direction]      = L + spread;
-    report->travel_n               = learned->travel_n;
-}
-
-static uint32_t bit_if(bool is_set, uint32_t bit)
-{
-    return is_set ? bit : 0u;
-}
-
-void tribo_axis_report_warn(tribo_axis_report_t               *report,
-                            const tribo_feedforward_learned_t *learned,
-                            tribo_guard_cause_t                cause,
-                            bool                               is_miscalled)
-{
-    report->warnings =
-        bit_if(report->bad_inputs > 0u, WARN_BAD_INPUT) | bit_if(report->limited_ticks > 0u, WARN_LIMITED) |
-        bit_if(cause == TRIBO_GUARD_HUNTING, WARN_HUNTING) | bit_if(cause == TRIBO_GUARD_OVERSHOOT, WARN_OVERSHOOT) |
-        bit_if(report->forgotten > 0u, WARN_FORGOTTEN) |
-        bit_if(report->late > 0u && learned->travel_n == 0.0f, WARN_LATE) | bit_if(is_miscalled, WARN_CALLS);
-}
-
-bool tribo_axis_is_far_below(const tribo_feedforward_learning_t *learning,
-                             const tribo_feedforward_learner_t  *learner,
-                             float                               usual_force_n)
-{
-    const float load = magnitude(tribo_learner_load(learning, learner, usual_force_n));
-    return tribo_learner_sliding(learning, learner) >= FAR_BELOW ||
-           (learner->P[0] > SETTLED && load > FAR_BELOW * learning->breakaway_n);
-}
-
-void tribo_axis_report_far(tribo_axis_report_t                *report,
-                           const tribo_feedforward_learning_t *learning,
-                           const tribo_feedforward_learner_t  *learner,
-                           bool                                is_far_below)
-{
-    const uint32_t guard      = report->warnings & (WARN_HUNTING | WARN_OVERSHOOT);
-    const bool     is_settled = learner->P[0] <= SETTLED;
-    const float    V_0        = tribo_learner_sliding(learning, learner);
-    const float    V_2        = learning->deviation[2] * learner->a[2];
-    report->times_less        = tribo_learner_times_less(learner);
-    if (is_far_below)
-    {
-        report->breakaway_factor = FAR_BELOW;
-        report->high_n[0]        = TRIBO_F32_FORCE_MAX_N;
-        report->high_n[1]        = TRIBO_F32_FORCE_MAX_N;
-        report->warnings |= WARN_TOO_SMALL;
-    }
-    else if (is_settled && V_0 < LEARNED_LOW && 2.0f * magnitude(V_2) < LEARNED_LOW)
-    {
-        report->breakaway_factor = FAR_ABOVE;
-        report->warnings |= WARN_TOO_LARGE;
-    }
-    else if (guard != 0u && is_settled)
-    {
-        report->warnings |= bit_if(V_0 >= CLEAR && V_2 > LONG_PRESLIDING * V_0, WARN_LONG) |
-                            bit_if(V_0 >= CLEAR && V_2 < NO_PRESLIDING * V_0, WARN_SHORT);
-    }
 }
 
 const char *tribo_axis_warning(uint32_t *warnings)

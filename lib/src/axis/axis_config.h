@@ -1,4 +1,4 @@
-// Derives the configs of loop and guard from that of an axis, and its report, for both arithmetics.
+// Derives the configs of loop and guard from that of an axis, for both arithmetics, and names the bits of its warnings.
 
 #ifndef TRIBO_AXIS_AXIS_CONFIG_H
 #define TRIBO_AXIS_AXIS_CONFIG_H
@@ -6,6 +6,19 @@
 #include "tribo/axis_f32.h"
 
 #include <stddef.h>
+
+// Bits of the warnings of a report.
+#define WARN_BAD_INPUT 1u
+#define WARN_LIMITED   2u
+#define WARN_TOO_SMALL 4u
+#define WARN_HUNTING   16u
+#define WARN_OVERSHOOT 32u
+#define WARN_FORGOTTEN 64u
+#define WARN_LATE      128u
+#define WARN_TOO_LARGE 256u
+#define WARN_LONG      512u
+#define WARN_SHORT     1024u
+#define WARN_CALLS     2048u
 
 /// Fills in `loop` except for the method and the guard. `most_n` is the largest force of the arithmetic: 1e6 N, or the
 /// full scale. Checks the fields that the loop's init does not check. Returns TRIBO_OK or the status of the first bad
@@ -25,30 +38,5 @@ tribo_status_t tribo_axis_config_status(tribo_status_t status, const tribo_axis_
 
 /// CRC-32 (IEEE 802.3) of `size` bytes.
 uint32_t tribo_axis_checksum(const void *bytes, size_t size);
-
-/// Fills in one direction of a report.
-void tribo_axis_report_direction(tribo_axis_report_t               *report,
-                                 uint32_t                           direction,
-                                 const tribo_feedforward_learned_t *learned,
-                                 float                              breakaway_n);
-
-/// True if friction is at the upper limit of learning, or if a load many times the configured breakaway takes its place
-/// while slides both ways have not settled friction.
-bool tribo_axis_is_far_below(const tribo_feedforward_learning_t *learning,
-                             const tribo_feedforward_learner_t  *learner,
-                             float                               usual_force_n);
-
-/// Fills in the warnings of a report with its counters, except those of tribo_axis_report_far.
-void tribo_axis_report_warn(tribo_axis_report_t               *report,
-                            const tribo_feedforward_learned_t *learned,
-                            tribo_guard_cause_t                cause,
-                            bool                               is_miscalled);
-
-/// Completes a report by times_less, breakaway_factor and the warnings of a wrong breakaway or presliding.
-/// `is_far_below` is latched.
-void tribo_axis_report_far(tribo_axis_report_t                *report,
-                           const tribo_feedforward_learning_t *learning,
-                           const tribo_feedforward_learner_t  *learner,
-                           bool                                is_far_below);
 
 #endif
