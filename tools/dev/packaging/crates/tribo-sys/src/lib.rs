@@ -44,9 +44,9 @@ pub struct Breakaway {
     pub slope: f32,
 }
 
-/// All 0 by default: refused until the rig is in it, and each refusal names the next field. Forces are end-point forces.
+/// All but still_time_s 0 by default: refused until the rig is in it, and each refusal names the next field. Forces are end-point forces.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct AxisConfig {
     /// Of every tick, 1e-6 to 0.1 s.
     pub sample_time_s: f32,
@@ -74,9 +74,16 @@ pub struct AxisConfig {
     pub sensor_pole_rad_per_s: f32,
     /// Travel of F over which friction builds up; 0: 1/11 of the breakaway.
     pub presliding_n: f32,
-    /// r counts as standing after this time without motion, usually 0.2 s; 0: never.
+    /// r counts as standing after this time without motion, by default 0.2 s; 0: never.
     pub still_time_s: f32,
     pub controller: Controller,
+}
+
+impl Default for AxisConfig {
+    fn default() -> Self {
+        // SAFETY: all fields are numbers, which may be 0.
+        Self { still_time_s: 0.2, ..unsafe { core::mem::zeroed() } }
+    }
 }
 
 #[repr(C)]

@@ -181,8 +181,6 @@ axis!(
     ///     positive: Breakaway { offset_n: 0.007, slope: 0.3 },
     ///     actuator_pole_rad_per_s: 200.0,
     ///     sensor_pole_rad_per_s: 55.0,
-    ///     presliding_n: 0.0,
-    ///     still_time_s: 0.2,
     ///     controller: pi(1.0, 56.0),
     ///     ..Default::default()
     /// };

@@ -94,6 +94,7 @@ fn tells_a_controller_of_the_callers_of_the_limit() {
 fn refuses_in_words_field_by_field_and_is_finite_whatever_comes() {
     let refused = |config: AxisConfig| Axis::new(&config).err().unwrap().to_string();
     assert!(refused(AxisConfig::default()).contains("sample_time_s"));
+    assert_eq!(AxisConfig::default().still_time_s, 0.2); // what a caller leaves out is as in C
     assert!(refused(AxisConfig { u_max_n: f32::NAN, ..CONFIG }).contains("u_max_n"));
     assert!(refused(AxisConfig { positive: Breakaway::default(), ..CONFIG }).contains("offset_n"));
     assert!(refused(AxisConfig { sensor_pole_rad_per_s: 0.0, ..CONFIG }).contains("sensor_pole_rad_per_s"));
