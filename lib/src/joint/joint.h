@@ -378,7 +378,7 @@ static force_t limited(joint_t *x, long_t sum, force_t effort)
 static way_t motion(joint_t *x, position_t now, position_t before)
 {
     const way_t moved = way_between(&x->params, now, before);
-    const bool  jumps = beyond(plus(moved, -x->moved), plus(x->params.fastest, size_of(x->moved)));
+    const bool  jumps = beyond(minus(moved, x->moved), plus(x->params.fastest, size_of(x->moved)));
     x->moved          = moved;
     if (jumps)
     {
