@@ -126,11 +126,12 @@ static uint32_t run_golden(const loop_params_t *params, uint32_t crc)
     return crc;
 }
 
-/// Runs the loop with another friction law and another gain.
+/// Runs the loop with its first two sections, which take another way than three, another friction law and another gain.
 static uint32_t run_golden_with(const tribo_friction_f32_config_t *friction, loop_force_t gain, uint32_t crc)
 {
-    loop_params_t params = golden_params;
-    params.gain          = gain;
+    loop_params_t params            = golden_params;
+    params.gain                     = gain;
+    params.controller.cascade.count = 2;
 #if TRIBO_IS_Q31
     tribo_point_t table[GOLDEN_POINTS];
     (void)tribo_friction_q31_init(&params.compensator.friction,
