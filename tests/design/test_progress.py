@@ -61,7 +61,7 @@ def test_a_terminal_is_told_again_and_a_file_seldom(quick):
     for is_terminal in (True, False):
         stream = quick(is_terminal)
         assert run_command("x", lambda argv, s=stream, n=3 if is_terminal else 1: [s.lines.acquire(timeout=60) for _ in range(n)] and 0, []) == 0
-        assert is_terminal == (len(stream.getvalue().splitlines()) >= 3)
+        assert is_terminal == (len(stream.getvalue().splitlines()) >= 3) and stream.getvalue().startswith("x: 0 s: at work\n")
 
 
 def test_a_quick_command_and_one_that_fails_say_nothing_more(quick, monkeypatch):

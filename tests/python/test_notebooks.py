@@ -42,7 +42,7 @@ def shown(cell):
 def test_a_notebook_prints_what_it_shows(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for cell, said, figures in executed(json.loads(path.read_text())):
-        said = re.sub(r"^tribo-\w+: \d+ s\n", "", said, flags=re.M)  # the time that a slow machine takes
+        said = re.sub(r"^tribo-\w+: \d+ s: at work\n", "", said, flags=re.M)  # the time that a slow machine takes
         assert said == shown(cell), "".join(cell["source"])
         assert len(figures) == sum(output["output_type"] == "display_data" for output in cell["outputs"])
 

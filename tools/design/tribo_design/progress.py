@@ -22,9 +22,8 @@ def _tell(program, stream, end):
     begin, wait = time.monotonic(), FIRST_S
     while not end.wait(wait):
         wait = TERMINAL_S if stream.isatty() else FILE_S
-        doing = _now["doing"]
         try:
-            print(f"{program}: {time.monotonic() - begin:.0f} s{': ' if doing else ''}{doing}", file=stream, flush=True)
+            print(f"{program}: {time.monotonic() - begin:.0f} s: {_now['doing']}", file=stream, flush=True)
         except (OSError, ValueError):  # stderr is closed
             return
 
@@ -37,7 +36,7 @@ def shown(program):
         return
     end = threading.Event()
     teller = threading.Thread(target=_tell, args=(program, sys.stderr, end), daemon=True)
-    _now.update(doing="", telling=True)
+    _now.update(doing="at work", telling=True)
     teller.start()
     try:
         yield
