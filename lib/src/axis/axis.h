@@ -13,6 +13,32 @@ _Static_assert(offsetof(axis_t, feedforward) % _Alignof(NAME(feedforward, memory
                    _Alignof(axis_t) >= _Alignof(NAME(feedforward, memory_t)),
                "axis_memory points to a feed-forward's memory");
 
+/// The config of the guard, from the configured breakaway at the usual force.
+static tribo_guard_f32_config_t guard_config(const tribo_force_loop_f32_config_t *loop,
+                                             const tribo_axis_f32_config_t       *config,
+                                             float                                full_scale_n)
+{
+    const tribo_breakaway_f32_t *const up   = &loop->compensator.friction.positive;
+    const tribo_breakaway_f32_t *const down = &loop->compensator.friction.negative;
+    (void)full_scale_n; // not used in float32
+
+    const float B   = 0.5f * (up->offset_n + down->offset_n + (up->slope + down->slope) * loop->usual_force_n);
+    const float lag = tribo_feedforward_f32_lag_s(&config->feedforward, &loop->compensator.arm);
+
+    tribo_guard_f32_config_t guard = tribo_guard_f32_tuned(B, lag, config->noise_n, loop->sample_time_s);
+    guard.turn_n                   = limit_f32(guard.turn_n, GUARD_LEAST_N(full_scale_n), GUARD_MOST_N(full_scale_n));
+    guard.stray_n                  = limit_f32(guard.stray_n, GUARD_LEAST_N(full_scale_n), GUARD_MOST_N(full_scale_n));
+    return guard;
+}
+
+/// The status of the loop's init, about the field that the axis' config has instead of a derived one.
+static tribo_status_t status_of(tribo_status_t status, const tribo_axis_f32_config_t *config)
+{
+    const bool is_derived = (status == TRIBO_ERR_PRESLIDING && config->feedforward.presliding_n == 0.0f) ||
+                            (status == TRIBO_ERR_REVERSAL_WIDTH && config->feedforward.reversal_n == 0.0f);
+    return is_derived ? TRIBO_ERR_AXIS_BREAKAWAY : status;
+}
+
 static tribo_status_t prepare(axis_params_t *params, const tribo_axis_f32_config_t *config, float full_scale_n)
 {
     tribo_force_loop_f32_config_t loop;
@@ -24,12 +50,10 @@ static tribo_status_t prepare(axis_params_t *params, const tribo_axis_f32_config
     tribo_status_t status = tribo_axis_config_expand(&loop, config, MOST_N(full_scale_n));
     if (status == TRIBO_OK)
     {
-        const tribo_guard_f32_config_t guard =
-            tribo_axis_config_guard(&loop, config, GUARD_LEAST_N(full_scale_n), GUARD_MOST_N(full_scale_n));
-        loop.method = NAME(feedforward, use)(&made.feedforward, &config->feedforward);
-        loop.guard  = NAME(guard, use)(&made.guard, &guard);
-        status =
-            tribo_axis_config_status(axis_make_loop(&made.loop, &loop, config->controller.make, full_scale_n), config);
+        const tribo_guard_f32_config_t guard = guard_config(&loop, config, full_scale_n);
+        loop.method                          = NAME(feedforward, use)(&made.feedforward, &config->feedforward);
+        loop.guard                           = NAME(guard, use)(&made.guard, &guard);
+        status = status_of(axis_make_loop(&made.loop, &loop, config->controller.make, full_scale_n), config);
     }
     if (status == TRIBO_OK)
     {
@@ -217,9 +241,20 @@ tribo_status_t NAME(axis, change)(axis_t *axis, const axis_params_t *next)
     return TRIBO_OK;
 }
 
+/// CRC-32 (IEEE 802.3) of all that is before the checksum.
 static uint32_t checksum_of(const axis_blob_t *blob)
 {
-    return tribo_axis_checksum(blob, offsetof(axis_blob_t, checksum));
+    const unsigned char *const at  = (const unsigned char *)blob;
+    uint32_t                   crc = UINT32_MAX;
+    for (size_t i = 0; i < offsetof(axis_blob_t, checksum); i++)
+    {
+        crc ^= at[i];
+        for (uint32_t bit = 0; bit < 8u; bit++)
+        {
+            crc = (crc >> 1) ^ (0xedb88320u & (0u - (crc & 1u)));
+        }
+    }
+    return ~crc;
 }
 
 void NAME(axis, export)(const axis_t *axis, axis_blob_t *blob)

@@ -129,51 +129,6 @@ tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop,
     return set_controller(loop, &config->controller);
 }
 
-/// Configured breakaway at the usual force, N: the mean of both directions.
-static float breakaway_of(const tribo_force_loop_f32_config_t *loop)
-{
-    const tribo_friction_f32_config_t *const friction = &loop->compensator.friction;
-
-    const float F = loop->usual_force_n;
-    return 0.5f * (friction->positive.offset_n + friction->negative.offset_n +
-                   (friction->positive.slope + friction->negative.slope) * F);
-}
-
-tribo_guard_f32_config_t tribo_axis_config_guard(const tribo_force_loop_f32_config_t *loop,
-                                                 const tribo_axis_f32_config_t       *config,
-                                                 float                                least_n,
-                                                 float                                most_n)
-{
-    const float              lag = tribo_feedforward_f32_lag_s(&config->feedforward, &loop->compensator.arm);
-    tribo_guard_f32_config_t guard =
-        tribo_guard_f32_tuned(breakaway_of(loop), lag, config->noise_n, loop->sample_time_s);
-    guard.turn_n  = limit_f32(guard.turn_n, least_n, most_n);
-    guard.stray_n = limit_f32(guard.stray_n, least_n, most_n);
-    return guard;
-}
-
-tribo_status_t tribo_axis_config_status(tribo_status_t status, const tribo_axis_f32_config_t *config)
-{
-    const bool is_derived = (status == TRIBO_ERR_PRESLIDING && config->feedforward.presliding_n == 0.0f) ||
-                            (status == TRIBO_ERR_REVERSAL_WIDTH && config->feedforward.reversal_n == 0.0f);
-    return is_derived ? TRIBO_ERR_AXIS_BREAKAWAY : status;
-}
-
-uint32_t tribo_axis_checksum(const void *bytes, size_t size)
-{
-    const unsigned char *const at  = (const unsigned char *)bytes;
-    uint32_t                   crc = UINT32_MAX;
-    for (size_t i = 0; i < size; i++)
-    {
-        crc ^= at[i];
-        for (uint32_t bit = 0; bit < 8u; bit++)
-        {
-            crc = (crc >> 1) ^ (0xedb88320u & (0u - (crc & 1u)));
-        }
-    }
-    return ~crc;
-}
-
 const char *tribo_axis_warning(uint32_t *warnings)
 {
     const uint32_t first = *warnings & (0u - *warnings);

@@ -27,16 +27,4 @@ tribo_status_t tribo_axis_config_expand(tribo_force_loop_f32_config_t *loop,
                                         const tribo_axis_f32_config_t *config,
                                         float                          most_n);
 
-/// The config of the guard, with forces from `least_n` to `most_n`. `loop` must be one that the loop's init accepts.
-tribo_guard_f32_config_t tribo_axis_config_guard(const tribo_force_loop_f32_config_t *loop,
-                                                 const tribo_axis_f32_config_t       *config,
-                                                 float                                least_n,
-                                                 float                                most_n);
-
-/// The status of the loop's init, about the field that the axis' config has instead of a derived one.
-tribo_status_t tribo_axis_config_status(tribo_status_t status, const tribo_axis_f32_config_t *config);
-
-/// CRC-32 (IEEE 802.3) of `size` bytes.
-uint32_t tribo_axis_checksum(const void *bytes, size_t size);
-
 #endif

@@ -2,7 +2,6 @@
 
 #include "../number/ranges.h"
 #include "law_f32.h"
-#include "refuse_point.h"
 
 #include <stddef.h>
 
@@ -13,12 +12,20 @@ const tribo_parameter_t tribo_table_parameters[]     = {TRIBO_TABLE_PARAMETERS(R
 #undef ROW
 
 #define NUMBER(...) PARAMETERS_ELEMENT(tribo_breakaway_point_f32_t, __VA_ARGS__)
-const tribo_parameter_t tribo_point_numbers[] = {TRIBO_POINT_ELEMENTS(NUMBER)};
+static const tribo_parameter_t point_numbers[] = {TRIBO_POINT_ELEMENTS(NUMBER)};
 #undef NUMBER
+
+tribo_status_t tribo_friction_f32_refuse_point(tribo_status_t                     status,
+                                               const tribo_friction_f32_config_t *config,
+                                               uint32_t                           index)
+{
+    const uint32_t number = (uint32_t)status - (uint32_t)TRIBO_ERR_TABLE_FORCE;
+    return tribo_element_refuse(status, point_numbers, number, &config->table[index], index, config->refusal);
+}
 
 static tribo_status_t check_table(const tribo_friction_f32_config_t *config)
 {
-    const uint32_t numbers = sizeof tribo_point_numbers / sizeof tribo_point_numbers[0];
+    const uint32_t numbers = sizeof point_numbers / sizeof point_numbers[0];
     if (config->table_length < 1u || config->table_length > TRIBO_BREAKAWAY_POINTS_MAX)
     {
         return TRIBO_ERR_TABLE_LENGTH;
@@ -29,8 +36,8 @@ static tribo_status_t check_table(const tribo_friction_f32_config_t *config)
         const tribo_breakaway_point_f32_t *const point = &config->table[i];
         const bool                               rises = i == 0u || point->force_n > config->table[i - 1u].force_n;
 
-        status = rises ? tribo_element_check(tribo_point_numbers, numbers, point, i, config->refusal)
-                       : friction_refuse_point(TRIBO_ERR_TABLE_FORCE, config, i);
+        status = rises ? tribo_element_check(point_numbers, numbers, point, i, config->refusal)
+                       : tribo_friction_f32_refuse_point(TRIBO_ERR_TABLE_FORCE, config, i);
     }
     return status;
 }

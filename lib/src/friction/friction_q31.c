@@ -6,7 +6,6 @@
 #include "../number/ranges.h"
 #include "law_f32.h"
 #include "law_q31.h"
-#include "refuse_point.h"
 
 #include <stddef.h>
 
@@ -35,15 +34,15 @@ static tribo_status_t check_table(const tribo_friction_f32_config_t *config, flo
         const int32_t                      force = fixed_force(point->force_n, full_scale_n);
         if (!(point->force_n < full_scale_n) || force <= last)
         {
-            return friction_refuse_point(TRIBO_ERR_TABLE_FORCE, config, i);
+            return tribo_friction_f32_refuse_point(TRIBO_ERR_TABLE_FORCE, config, i);
         }
         if (!within(point->positive_n / full_scale_n, FIXED_Q31_SMALLEST, 0.999999f))
         {
-            return friction_refuse_point(TRIBO_ERR_TABLE_POSITIVE, config, i);
+            return tribo_friction_f32_refuse_point(TRIBO_ERR_TABLE_POSITIVE, config, i);
         }
         if (!within(point->negative_n / full_scale_n, FIXED_Q31_SMALLEST, 0.999999f))
         {
-            return friction_refuse_point(TRIBO_ERR_TABLE_NEGATIVE, config, i);
+            return tribo_friction_f32_refuse_point(TRIBO_ERR_TABLE_NEGATIVE, config, i);
         }
         last = force;
     }

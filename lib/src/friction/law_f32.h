@@ -22,6 +22,11 @@ void tribo_friction_f32_look_up(const tribo_friction_f32_params_t *params, float
 tribo_status_t tribo_friction_f32_init_law(tribo_friction_f32_params_t       *params,
                                            const tribo_friction_f32_config_t *config);
 
+/// Refuses a number of point `index`: the one that `status`, TRIBO_ERR_TABLE_FORCE to TRIBO_ERR_TABLE_NEGATIVE, names.
+tribo_status_t tribo_friction_f32_refuse_point(tribo_status_t                     status,
+                                               const tribo_friction_f32_config_t *config,
+                                               uint32_t                           index);
+
 /// Breakaway at load |F| by the affine law: L = offset + slope |F|.
 static inline float friction_f32_affine(const tribo_breakaway_f32_t *law, float load_n)
 {
