@@ -5,7 +5,6 @@ import contextlib
 import os
 import pathlib
 import random
-import re
 import select
 import socket
 import struct
