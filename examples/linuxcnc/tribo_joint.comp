@@ -51,13 +51,15 @@ FUNCTION(_)
         gain_set = friction_gain;
     }
     fault = enable && !made;
-    float u = 0;
+    const double limit = effort_limit > 0 ? effort_limit : 0;
+    double u = 0;
     if (enable) {
         u = tribo_joint_f32_step(&joint, (float)effort, (float)command, (float)feedback);
+        u = fmax(-limit, fmin(u, limit)); // the joint has the limit of its first start
     } else {
         tribo_joint_f32_rest(&joint); // what does not reach the motor must not be learned
     }
-    const double own = isnan(effort) ? 0 : fmax(-effort_limit, fmin(effort, effort_limit));
+    const double own = isnan(effort) ? 0 : fmax(-limit, fmin(effort, limit));
     output = enable && made ? u : 0;
     offset = enable && made ? u - own : 0;
     tribo_joint_report_t report;

@@ -41,6 +41,12 @@ def test_the_output_goes_with_enable(modules, tmp_path):
     assert (faults, guards) == (["FALSE"] * 3, ["0"] * 3)
 
 
+def test_a_lower_limit_holds_at_once(modules, tmp_path):
+    out = printed(halrun(modules, tmp_path, HAL + "\n".join((
+        WAIT, "setp tribo-joint.0.effort-limit 0.01", "loadusr -w sleep 2", *("getp tribo-joint.0.output", "loadusr -w sleep 0.3") * 5)) + "\n"))
+    assert 0 < max(abs(float(output)) for output in out) <= 0.0100001
+
+
 def test_nothing_is_learned_while_the_amplifier_is_off(modules, tmp_path):
     """Meanwhile a hand swings the joint against the loop, whose torque reaches no motor."""
     out = printed(halrun(modules, tmp_path, HAL.replace("=> sim-joint.0.torque", "").replace("start\n", "net loop-torque => sim-joint.0.torque\nstart\n") +
