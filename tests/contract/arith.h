@@ -159,7 +159,7 @@ static inline double controller_anti_windup(const controller_t *x)
 
 static inline void controller_change(controller_t *x, const controller_t *to, double e, double offset)
 {
-    TRIBO(controller, change)(&x->params, &to->params, &x->state, to_force(e), to_force(offset));
+    TRIBO(biquad, change)(&x->params.cascade, &to->params.cascade, &x->state.cascade, to_force(e), to_force(offset));
     x->params = to->params;
 }
 

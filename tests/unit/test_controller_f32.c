@@ -152,8 +152,8 @@ static void test_controller_change_takes_bad_numbers_for_zero(void)
 {
     (void)step(0.1f, 0.0f);
     tribo_controller_f32_state_t zeros = state;
-    tribo_controller_f32_change(&params, &params, &zeros, 0.0f, 0.0f);
-    tribo_controller_f32_change(&params, &params, &state, NAN, INFINITY);
+    tribo_biquad_f32_change(&params.cascade, &params.cascade, &zeros.cascade, 0.0f, 0.0f);
+    tribo_biquad_f32_change(&params.cascade, &params.cascade, &state.cascade, NAN, INFINITY);
     TEST_ASSERT_EQUAL_MEMORY(&zeros, &state, sizeof state);
 }
 

@@ -120,7 +120,8 @@ static force_t begin(axis_t *axis, force_t r, force_t y, loop_functions_t *funct
     if (axis->ran != axis->active && axis->ran != NULL)
     {
         // With the error of the last tick, which is 0 if no tick has been good.
-        NAME(controller, change)(&axis->ran->loop.controller, &params->controller, &axis->controller, tick->OF(e), 0);
+        const loop_controller_t *const from = &axis->ran->loop.controller;
+        NAME(biquad, change)(&from->cascade, &params->controller.cascade, &axis->controller.cascade, tick->OF(e), 0);
         functions->enter(axis_memory(axis), tick->OF(term), false);
     }
     axis->ran       = axis->active;
@@ -185,14 +186,12 @@ force_t NAME(axis, excess)(const axis_t *axis)
 
 void NAME(axis, rest)(axis_t *axis)
 {
-    const uint32_t limited_ticks = axis->controller.limited_ticks;
-    NAME(controller, reset)(&axis->controller);
-    axis->controller.limited_ticks = limited_ticks;
-    axis->ran                      = NULL;
-    axis->OF(excess)               = 0;
-    axis->guard.running            = 0;
-    axis->feedforward.mode         = TRIBO_FEEDFORWARD_RESTART;
-    axis->feedforward.tick.has_e   = false;
+    NAME(biquad, reset)(&axis->controller.cascade); // the count of limited ticks stays
+    axis->ran                    = NULL;
+    axis->OF(excess)             = 0;
+    axis->guard.running          = 0;
+    axis->feedforward.mode       = TRIBO_FEEDFORWARD_RESTART;
+    axis->feedforward.tick.has_e = false;
 }
 
 void NAME(axis, restore)(axis_t *axis)

@@ -41,15 +41,6 @@ tribo_status_t tribo_controller_f32_init_pi(tribo_controller_f32_params_t       
 /// Puts the cascade to rest and sets the counters to 0.
 void tribo_controller_f32_reset(tribo_controller_f32_state_t *state);
 
-/// Takes the state over from params `from` to `to` between two ticks. For the error `e_n`, v and its change are then
-/// those under `from`, plus `offset_n`: what v has to make up for in the sum, 0 if nothing. Cannot fail. A bad `e_n` or
-/// `offset_n` counts as 0. Costs up to two ticks of the loop.
-void tribo_controller_f32_change(const tribo_controller_f32_params_t *from,
-                                 const tribo_controller_f32_params_t *to,
-                                 tribo_controller_f32_state_t        *state,
-                                 float                                e_n,
-                                 float                                offset_n);
-
 /// The limit that `unsaturated` exceeds. 0 if it exceeds neither, because it is a NaN or a flipped bit has made a limit
 /// one.
 static inline float controller_f32_limit(const tribo_controller_f32_params_t *params, float unsaturated)

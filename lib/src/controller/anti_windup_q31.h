@@ -16,14 +16,6 @@
 /// Puts the cascade to rest and sets the counters to 0.
 void tribo_controller_q31_reset(tribo_controller_q31_state_t *state);
 
-/// Takes the state over from params `from` to `to` between two ticks. For the error `e`, v and its change are then
-/// those under `from`, plus `offset` (Q31). Cannot fail. Costs up to two ticks of the loop.
-void tribo_controller_q31_change(const tribo_controller_q31_params_t *from,
-                                 const tribo_controller_q31_params_t *to,
-                                 tribo_controller_q31_state_t        *state,
-                                 int32_t                              e,
-                                 int32_t                              offset);
-
 /// (u - unsaturated) c/D, the correction of the error at the input node. It is 0 while u is not limited. `u` and
 /// `unsaturated` are at the scale of the last node. anti_windup is c/D as a mantissa of 31 bits, with the exponent
 /// anti_windup_shift - 32.

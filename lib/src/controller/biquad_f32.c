@@ -6,6 +6,8 @@
 
 #include <stddef.h>
 
+#define INPUT_MAX 4.0e6f // larger than gain f^ and r - y of an accepted loop, N
+
 #define NUMBER(...) PARAMETERS_ELEMENT(tribo_biquad_f32_section_t, __VA_ARGS__)
 const tribo_parameter_t tribo_section_numbers[] = {TRIBO_SECTION_ELEMENTS(NUMBER)};
 #undef NUMBER
@@ -106,7 +108,8 @@ void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
                              float                            offset)
 {
     float          from_out[TRIBO_BIQUAD_SECTIONS_MAX];
-    float          last       = x;
+    float          in         = exceeds(x, INPUT_MAX) ? 0.0f : x;
+    float          last       = in;
     const uint32_t from_count = sections(from);
     const uint32_t to_count   = sections(to);
     for (uint32_t i = 0; i < from_count; i++)
@@ -114,9 +117,8 @@ void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
         last        = biquad_f32_section_output(&from->section[i], &state->section[i], last);
         from_out[i] = last;
     }
-    last += offset;
+    last += exceeds(offset, INPUT_MAX) ? 0.0f : offset;
 
-    float in = x;
     for (uint32_t i = 0; i < to_count; i++)
     {
         const tribo_biquad_f32_section_t *now = &to->section[i];

@@ -56,7 +56,8 @@ void tribo_biquad_f32_reset(tribo_biquad_f32_state_t *state);
 /// Changes a running cascade over from params `from` to `to`, which may have another number of sections. For the input
 /// `x` each section of `to` then gives the output that `from` would have given, and the same first change of it.
 /// Sections missing in `to` are dropped, and new ones start at rest. The last output is then shifted so that the
-/// cascade's output is unchanged, plus `offset`. Not for every tick.
+/// cascade's output is unchanged, plus `offset`: what it has to make up for in a sum. A bad `x` or `offset` counts as 0.
+/// Costs up to two ticks of the loop.
 void tribo_biquad_f32_change(const tribo_biquad_f32_params_t *from,
                              const tribo_biquad_f32_params_t *to,
                              tribo_biquad_f32_state_t        *state,

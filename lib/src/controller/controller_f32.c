@@ -10,10 +10,9 @@ const tribo_parameter_t tribo_limit_parameters[]   = {TRIBO_LIMIT_PARAMETERS(ROW
 const tribo_parameter_t tribo_cascade_parameters[] = {TRIBO_CASCADE_PARAMETERS(ROW)};
 #undef ROW
 
-#define INPUT_MAX_N 4.0e6f // larger than gain * f^ and r - y of an accepted loop
-#define STATES_MAX  (2u * TRIBO_BIQUAD_SECTIONS_MAX)
-#define AT_1        1.0e-8f // least distance of a zero from z = 1
-#define ON_CIRCLE   4.0e-6f // twice the least distance from the rest of the unit circle: float leaves up to 1e-6
+#define STATES_MAX (2u * TRIBO_BIQUAD_SECTIONS_MAX)
+#define AT_1       1.0e-8f // least distance of a zero from z = 1
+#define ON_CIRCLE  4.0e-6f // twice the least distance from the rest of the unit circle: float leaves up to 1e-6
 
 /// A square matrix of a cascade's states w1, w2, w1, w2 ...
 typedef struct
@@ -238,17 +237,4 @@ void tribo_controller_f32_reset(tribo_controller_f32_state_t *state)
 {
     tribo_biquad_f32_reset(&state->cascade);
     state->limited_ticks = 0;
-}
-
-void tribo_controller_f32_change(const tribo_controller_f32_params_t *from,
-                                 const tribo_controller_f32_params_t *to,
-                                 tribo_controller_f32_state_t        *state,
-                                 float                                e_n,
-                                 float                                offset_n)
-{
-    tribo_biquad_f32_change(&from->cascade,
-                            &to->cascade,
-                            &state->cascade,
-                            exceeds(e_n, INPUT_MAX_N) ? 0.0f : e_n,
-                            exceeds(offset_n, INPUT_MAX_N) ? 0.0f : offset_n);
 }

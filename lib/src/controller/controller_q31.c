@@ -111,12 +111,3 @@ void tribo_controller_q31_reset(tribo_controller_q31_state_t *state)
     tribo_biquad_q31_reset(&state->cascade);
     state->limited_ticks = 0;
 }
-
-void tribo_controller_q31_change(const tribo_controller_q31_params_t *from,
-                                 const tribo_controller_q31_params_t *to,
-                                 tribo_controller_q31_state_t        *state,
-                                 int32_t                              e,
-                                 int32_t                              offset)
-{
-    tribo_biquad_q31_change(&from->cascade, &to->cascade, &state->cascade, e, offset);
-}

@@ -4,7 +4,8 @@
 /// Converts the controller's state to the params `to`, for the error `e`, and adds `offset` to its output.
 static void convert(const loop_params_t *from, const loop_params_t *to, loop_state_t *state, force_t e, wide_t offset)
 {
-    NAME(controller, change)(&from->controller, &to->controller, &state->controller, e, narrow(offset));
+    NAME(biquad, state_t) *const cascade = &state->controller.cascade;
+    NAME(biquad, change)(&from->controller.cascade, &to->controller.cascade, cascade, e, narrow(offset));
 }
 
 /// The params of the last tick. After a start, or if their pointer is corrupt, returns `params`, which means no change.
