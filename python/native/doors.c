@@ -181,9 +181,9 @@ double native_axis_error(native_axis_t *axis, double r_n, double y_n)
     const native_scope_t scope = native_enter();
     const double         e_n =
         axis->q31
-            ? tribo_n_of_q31(tribo_axis_q31_error(&axis->fixed, tribo_q31_of_n(r_n, full), tribo_q31_of_n(y_n, full)),
+                    ? tribo_n_of_q31(tribo_axis_q31_error(&axis->fixed, tribo_q31_of_n(r_n, full), tribo_q31_of_n(y_n, full)),
                              full)
-            : (double)tribo_axis_f32_error(&axis->f32, (float)r_n, (float)y_n);
+                    : (double)tribo_axis_f32_error(&axis->f32, (float)r_n, (float)y_n);
     native_leave(&scope);
     return e_n;
 }
@@ -194,9 +194,8 @@ double native_axis_command(native_axis_t *axis, double v_n)
     const double         v     = isfinite(v_n) ? v_n : 0.0;
     const native_scope_t scope = native_enter();
     common_count_bad(&axis->fixed.bad_inputs, axis->q31 && !isfinite(v_n));
-    const double u_n = axis->q31
-                           ? learned_from(axis, tribo_axis_q31_command(&axis->fixed, tribo_q31_of_n(v, full)))
-                           : (double)tribo_axis_f32_command(&axis->f32, (float)v_n);
+    const double u_n = axis->q31 ? learned_from(axis, tribo_axis_q31_command(&axis->fixed, tribo_q31_of_n(v, full)))
+                                 : (double)tribo_axis_f32_command(&axis->f32, (float)v_n);
     native_leave(&scope);
     return u_n;
 }
