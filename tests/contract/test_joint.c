@@ -626,6 +626,17 @@ static void test_a_rebound_teaches_nothing(void)
     TEST_ASSERT_FLOAT_WITHIN(0.05f, 0.2f, report().friction);
 }
 
+/// Neither a reading of one tick nor the way back from it. The joint is a count ahead of q_ref, where the guard looks.
+static void test_a_glitch_of_the_encoder_is_no_motion(void)
+{
+    begin(0.2);
+    for (int k = 0; k < 400; k++)
+    {
+        (void)step(0.2, k, k + 1.0 - (k % 100 == 99 ? 1e5 : 0.0));
+    }
+    TEST_ASSERT_EQUAL(TRIBO_JOINT_SOUND, report().cause);
+}
+
 static void test_a_jump_or_a_slide_that_is_too_long_teaches_nothing(void)
 {
     begin_without_term();
