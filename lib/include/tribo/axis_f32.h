@@ -68,7 +68,7 @@ typedef struct
     float                   noise_n;   ///< standard deviation of y; 0: not known
     tribo_axis_controller_t controller;
     /// Set the poles of actuator and sensor; the other members have their defaults. Count a delay T of the loop into the
-    /// sensor's pole p: 1 / (1 / p + T). That was better than to leave it out or to count it into arm_lag_s.
+    /// sensor's pole p: 1 / (1 / p + T). That was better than leaving it out or counting it into arm_lag_s.
     tribo_feedforward_f32_config_t feedforward;
 } tribo_axis_f32_config_t;
 

@@ -67,7 +67,7 @@ typedef enum
     TRIBO_JOINT_SOUND = 0,
     TRIBO_JOINT_ASTRAY,  ///< with its term it moved away from q_ref
     TRIBO_JOINT_HUNTING, ///< it moved back and forth about a resting q_ref
-    TRIBO_JOINT_REVERSED ///< the effort gained energy from friction: its sign or the encoder's is wrong
+    TRIBO_JOINT_REVERSED ///< the effort gained energy from friction: a sign is wrong, or your loop itself rattles
 } tribo_joint_cause_t;
 
 /// The state of a joint in your units, for both arithmetics.

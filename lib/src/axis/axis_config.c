@@ -152,11 +152,11 @@ const char *tribo_axis_warning(uint32_t *warnings)
         return "presliding: friction builds up over a shorter travel than configured: halve presliding_n "
                "(0 stands for 1/11 of the breakaway) and initialise the axis again";
     case WARN_HUNTING:
-        return "guard: friction faded until a restore, it reversed quickly and drove the force against the reference: "
+        return "guard: friction faded until a restore; it reversed quickly and drove the force against the reference: "
                "do what a warning of breakaway or presliding says; if that is not enough set still_time_s to 0 where r "
                "steps or holds a still object, otherwise measure the poles, arm_lag_s and breakaway again";
     case WARN_OVERSHOOT:
-        return "guard: friction faded until a restore, the force overshot its reversals again and again: "
+        return "guard: friction faded until a restore; the force overshot its reversals again and again: "
                "do what a warning of breakaway or presliding says; if that is not enough set noise_n to an eighth "
                "of the overshoot that you accept, or double presliding_n (0 stands for 1/11 of the breakaway)";
     case WARN_FORGOTTEN:
