@@ -1,6 +1,9 @@
 //! What axes say of themselves and refuse, after an arm with friction that shares no code with them. The project's tests compare their ticks with
 //! those of the library's own calls, with each controller, tuned and moved in memory.
 
+mod arm;
+
+use arm::{reference, Arm, PERIOD};
 use tribo::{own, paper, pi, sections, Axis, AxisConfig, AxisQ31, Breakaway, Section};
 
 const CONFIG: AxisConfig = AxisConfig {
@@ -20,30 +23,6 @@ const CONFIG: AxisConfig = AxisConfig {
     still_time_s: 0.2,
     controller: pi(1.9, 110.0),
 };
-const PERIOD: usize = 10_000;
-
-/// Its breakaway is 20 % above what the config says.
-#[derive(Default)]
-struct Arm {
-    actuator: f32,
-    force: f32,
-    reading: f32,
-}
-
-impl Arm {
-    fn step(&mut self, u: f32) {
-        let breakaway = 1.2 * (0.007 + 0.3 * self.force.abs());
-        self.actuator += 0.18127 * (u - self.actuator);
-        let held = self.force.clamp(self.actuator - breakaway, self.actuator + breakaway);
-        self.force += 0.11765 * (held - self.force);
-        self.reading += 0.05351 * (self.force - self.reading);
-    }
-}
-
-fn reference(tick: usize) -> f32 {
-    let phase = (tick % PERIOD) as f32 / PERIOD as f32;
-    0.4 + 0.4 * phase.min(1.0 - phase)
-}
 
 /// Three periods.
 fn play(mut step: impl FnMut(f32, f32) -> f32) {

@@ -1,28 +1,12 @@
 //! Loops against arms with friction, moved in memory while they run.
 
+mod arm;
+
+use arm::{reference, Arm, PERIOD};
 use tribo::{ForceLoop, Guard};
-
-/// As examples/sim: its breakaway is 20 % above what the rig believes.
-#[derive(Default)]
-struct Arm {
-    actuator: f32,
-    force: f32,
-    reading: f32,
-}
-
-impl Arm {
-    fn step(&mut self, u: f32) {
-        let breakaway = 1.2 * (0.007 + 0.3 * self.force.abs());
-        self.actuator += 0.18127 * (u - self.actuator);
-        let held = self.force.clamp(self.actuator - breakaway, self.actuator + breakaway);
-        self.force += 0.11765 * (held - self.force);
-        self.reading += 0.05351 * (self.force - self.reading);
-    }
-}
 
 #[test]
 fn follows_against_friction_wherever_it_is() {
-    const PERIOD: usize = 10_000;
     let mut axes = [ForceLoop::new(), ForceLoop::new()];
     let mut follower = 0; // the other one holds 0.1 N
     let (mut arm, mut other) = (Arm::default(), Arm::default());
@@ -33,12 +17,10 @@ fn follows_against_friction_wherever_it_is() {
             axes.swap(0, 1); // they change places in memory
             follower = 1 - follower;
         }
-        let phase = (tick % PERIOD) as f32 / PERIOD as f32;
-        let reference = 0.4 + 0.4 * phase.min(1.0 - phase);
         if tick >= PERIOD {
-            square += f64::from(reference - arm.force).powi(2);
+            square += f64::from(reference(tick) - arm.force).powi(2);
         }
-        arm.step(axes[follower].step(reference, arm.reading));
+        arm.step(axes[follower].step(reference(tick), arm.reading));
         other.step(axes[1 - follower].step(0.1, other.reading));
     }
     let rms = (square / PERIOD as f64).sqrt();
