@@ -70,9 +70,21 @@ static double step(double effort, double q_ref, double q)
 typedef struct
 {
     double actuator, position, speed, integral, last, asked[2]; // counts, counts a second
-    double friction, load, outer;
+    double friction, viscous, load, outer;
     int    sign; // of the term
 } plant_t;
+
+static void move(plant_t *x, double u)
+{
+    for (int i = 0; i < 10; i++)
+    {
+        const double h = H / 10.0;
+        x->actuator += (1.0 - exp(-1000.0 * h)) * (u - x->actuator);
+        const double push = x->actuator + x->load + x->outer - x->viscous * x->speed + MASS * x->speed / h;
+        x->speed          = fabs(push) < x->friction ? 0.0 : (push - copysign(x->friction, push)) * h / MASS;
+        x->position += h * x->speed;
+    }
+}
 
 /// A minimum-jerk stroke to and fro with rests between.
 static double wanted(long tick)
@@ -92,18 +104,10 @@ static double plant_step(plant_t *x, double q_ref)
     const double a      = (v - (x->asked[0] - x->asked[1]) / H) / H;
     const double effort = fmax(-1.0, fmin(1.0, MASS * a + 0.004 * e + 0.0001 * (v - (q - x->last) / H) + x->integral));
     const double u      = step(effort, q_ref, q);
-    const double used   = x->sign < 0 ? 2.0 * effort - u : u;
     x->last             = q;
     x->asked[1]         = x->asked[0];
     x->asked[0]         = q_ref;
-    for (int i = 0; i < 10; i++)
-    {
-        const double h = H / 10.0;
-        x->actuator += (1.0 - exp(-1000.0 * h)) * (used - x->actuator);
-        const double push = x->actuator + x->load + x->outer + MASS * x->speed / h;
-        x->speed          = fabs(push) < x->friction ? 0.0 : (push - copysign(x->friction, push)) * h / MASS;
-        x->position += h * x->speed;
-    }
+    move(x, x->sign < 0 ? 2.0 * effort - u : u);
     return q_ref - x->position;
 }
 
@@ -254,27 +258,19 @@ static void test_viscous_friction_of_fast_moves_is_not_learned(void)
     {
         const double frequency = i < 3u ? 0.5 : 1.0;
         const double speed     = 2.0 * 3.14159265 * frequency * STROKE; // counts a second
-        const double viscous   = 0.6 * (i % 3u) * FRICTION / speed;
-        double       actuator = 0.0, position = 0.0, moves = 0.0, last = 0.0, rate = 0.0;
+        plant_t      plant     = {.friction = FRICTION, .viscous = 0.6 * (i % 3u) * FRICTION / speed};
+        double       rate      = 0.0;
         begin(0.0);
         for (long tick = 0; tick < 20000; tick++)
         {
             const double phase = 2.0 * 3.14159265 * frequency * H * (double)tick;
             const double q_ref = STROKE * sin(phase);
-            const double q     = floor(position);
-            rate += 0.3 * ((q - last) / H - rate);
-            last               = q;
+            const double q     = floor(plant.position);
+            rate += 0.3 * ((q - plant.last) / H - rate);
+            plant.last         = q;
             const double heavy = -MASS * speed * 2.0 * 3.14159265 * frequency * sin(phase);
             const double e     = heavy + 0.004 * (q_ref - q) + 0.0001 * (speed * cos(phase) - rate);
-            const double u     = step(fmax(-1.0, fmin(1.0, e)), q_ref, q);
-            for (int k = 0; k < 10; k++)
-            {
-                const double h = H / 10.0;
-                actuator += 1000.0 * h * (u - actuator);
-                const double push = actuator - viscous * moves + MASS * moves / h;
-                moves             = fabs(push) < FRICTION ? 0.0 : (push - copysign(FRICTION, push)) * h / MASS;
-                position += h * moves;
-            }
+            move(&plant, step(fmax(-1.0, fmin(1.0, e)), q_ref, q));
         }
         const tribo_joint_report_t x = report();
         TEST_ASSERT_EQUAL(TRIBO_JOINT_SOUND, x.cause);
@@ -1238,12 +1234,7 @@ static tribo_joint_report_t swung(double hertz, double swing, bool is_exchanged)
         const double effort = fmax(-1.0, fmin(1.0, MASS * 40.0 * (40.0 * e + (e - last) / H)));
         const double u      = step(effort, swing * sin(turn * t), q);
         last                = e;
-        for (int i = 0; i < 10; i++)
-        {
-            const double push = (is_exchanged ? -u : u) + MASS * x.speed / (H / 10.0);
-            x.speed           = fabs(push) < x.friction ? 0.0 : (push - copysign(x.friction, push)) * H / 10.0 / MASS;
-            x.position += H / 10.0 * x.speed;
-        }
+        move(&x, is_exchanged ? -u : u);
     }
     return report();
 }
