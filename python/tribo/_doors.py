@@ -265,8 +265,10 @@ class Joint:
     >>> joint.step(0.5, 0.0, 0.0)
     0.5
 
-    q_ref and q are in one unit, in q31 whole counts of the encoder; `travel` is the least change of q that is motion, not noise. If positions begin
-    anew after a turn, `wrap` is its travel.
+    q_ref and q are in one unit, in q31 whole counts of the encoder; `travel` is the least change of q that is motion, not noise, e.g. four counts. If
+    positions begin anew after a turn, `wrap` is its travel. `breakaway` is your guess of the friction; half of it is used until friction is learned.
+    `gain` is the part of the learned friction that is taken out, at most 0.8 where a hand leads, with q as q_ref. `actuator_pole_rad_per_s` is the
+    current loop's; 0: it is fast.
     """
 
     def __init__(

@@ -58,7 +58,7 @@ typedef struct
     float travel;    ///< smallest change of q that is not noise, e.g. four counts; 1e-9 to 1e6; in Q31 counts, 1 to 1e4
     float breakaway; ///< your guess of the friction, 0 to effort_max; half of it is used until friction is learned
     float actuator_pole_rad_per_s; ///< pole of the current loop, 1e-3 to 1e6; 0: fast
-    float gain; ///< part of the learned friction that is taken out, 0 to 1; where a hand leads at most 0.9
+    float gain; ///< part of the learned friction that is taken out, 0 to 1; where a hand leads at most 0.8
     float wrap; ///< travel of a turn after which q and q_ref begin anew, e.g. 2 pi; at least 100 travel; 0: they do not
 } tribo_joint_config_t;
 

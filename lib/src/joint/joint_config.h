@@ -6,7 +6,7 @@
 #include "tribo/joint_f32.h"
 
 #define JOINT_GAIN           0.97f
-#define JOINT_LED            0.9f  // most of it where a hand leads: too much would drive the joint by itself
+#define JOINT_LED            0.8f  // most of it where a hand leads: too much would drive the joint by itself
 #define JOINT_UNLEARNED      2     // part of the believed friction that is used: one over that
 #define JOINT_REST_TIME      0.05f // s without motion of q_ref
 #define JOINT_FADE_TIME      0.05f // s, of the guard
