@@ -71,11 +71,11 @@ def test_a_place_that_takes_no_file_is_found_before_the_work(tmp_path):
     (tmp_path / "result").mkdir()
     (tmp_path / "result/notes.txt").write_text("mine")
     (tmp_path / "1-ramp-log.csv").write_text("not even read\n")
-    assert "has other files in it (notes.txt)" in refused()
+    assert refused().splitlines()[-1] == f"tribo-rig: {tmp_path / 'result'}: has other files in it (notes.txt); move them elsewhere"
     (tmp_path / "rig.yaml").unlink()
     (tmp_path / "joint.yaml").write_text("sample_time_s: 1e-3\neffort_max: 3\n")
     (tmp_path / "sine-log.csv").write_text("not even read\n")
-    assert "has other files in it (notes.txt)" in refused()
+    assert refused().splitlines()[-1] == f"tribo-rig: {tmp_path / 'result'}: has other files in it (notes.txt); move them elsewhere"
 
 
 def test_the_pages_rig_is_found(played):

@@ -35,6 +35,8 @@ WORDS = (
     (r"--scale (\w)=-(?![\d.])", r"log.scales: {\1: -1}"),
     (r"--(unit|scale|column) (\w)=(m?N m|[^\s,;)]*[^\s,;):])", r"log.\1s: {\2: \3}"),
     (r"--resample(=[\d.]+)?", r"log.resample: yes"),
+    (r"^--out ", r""),
+    (r"give an empty or a new directory$", r"move them elsewhere"),
 )
 
 
