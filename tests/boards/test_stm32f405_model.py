@@ -638,7 +638,7 @@ def command(board, number, seconds=0.02):
 
 def write_gain(board, gain):
     ask(board, struct.pack(">BBHHBf", 1, 16, GAIN, 2, 4, gain))
-    command(board, 5)
+    command(board, 5, 0.2)  # in Q31 the set-up takes 50 ms
     assert read_word(board, GAIN + ACTIVE) == struct.unpack(">I", struct.pack(">f", gain))[0]
 
 
