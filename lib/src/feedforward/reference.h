@@ -124,23 +124,15 @@ static inline void rest_at(const params_t *p, state_t *x, force_t r, force_t at)
     {
         forget_weights(p, &x->weights);
     }
-    x->mode      = TRIBO_FEEDFORWARD_START;
-    x->rule      = enters ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
-    x->sign      = 0;
-    x->limited   = 0;
-    x->flips     = false;
-    x->r[0]      = r;
-    x->r[1]      = r;
-    x->reached   = at;
-    x->turned    = at;
-    x->r_noise   = 0;
-    x->rate      = 0;
-    x->behind[0] = 0;
-    x->behind[1] = 0;
-    x->sigma     = 0;
-    x->b         = 0;
-    x->f         = 0;
-    x->v         = 0;
+    x->mode    = TRIBO_FEEDFORWARD_START;
+    x->rule    = enters ? TRIBO_FEEDFORWARD_TAKE_OVER : TRIBO_FEEDFORWARD_KEEP;
+    x->sign    = 0;
+    x->limited = 0;
+    x->flips   = false;
+    x->r[0] = x->r[1] = r;
+    x->reached = x->turned = at;
+    x->r_noise = x->rate = x->behind[0] = x->behind[1] = 0;
+    x->sigma = x->b = x->f = x->v = 0;
 }
 
 /// Publishes the tick's values that the loop reads: it needs them for the guard and for a change of params.
