@@ -36,6 +36,15 @@ def test_friction_of_strange_joints_is_within_its_interval():
         assert np.median(half) < widest, name
 
 
+def test_a_fall_of_friction_is_told_where_the_logs_show_it():
+    for seed in (3002, 3005, 3009):
+        truth, found = joints.found(seed)
+        slowest = np.min(np.abs(found.rows[0]))
+        assert found.fall == pytest.approx(truth["peak"] * np.exp(-((slowest / truth["knee"]) ** 2)), rel=0.2)
+        line = next(line for line in way.lines_of(found) if line.startswith("friction falls with speed"))
+        assert f"{100 * found.fall:.2g} % larger at {slowest:.3g} units a second" in line
+
+
 @pytest.mark.parametrize("fault, cause", [("units", "units"), ("sign", "sign"), ("oneway", "one direction"), ("none", "no stiction"), ("hand", "model"), ("saturated", "saturated"), ("exchanged", "exchanged"),
                                           ("coarse", "few loads"), ("late", "one direction"), ("still", "silent")])
 def test_what_a_log_cannot_tell_is_refused_with_its_cause(fault, cause):

@@ -102,7 +102,7 @@ def lines_of(found):
              f"to start: a joint at rest holds {found.breakaway.text()}" if found.breakaway else
              "to start: not found. The logs have too few rests that end slowly, or the joint yields before it slides"]
     if found.fall:
-        lines.append(f"friction falls with speed: it is {100 * found.fall:.2g} % larger as the speed goes to 0")
+        lines.append(f"friction falls with speed: it is {100 * found.fall:.2g} % larger at {np.min(np.abs(found.rows[0])):.3g} units a second, the slowest in these logs; slower it may be larger still")
     if found.limited:
         lines.append(f"left out: {found.limited} strokes in which the effort reaches effort_max")
     return [*lines, f"from {found.strokes} strokes and {found.starts} slow starts; no friction law explains {found.left:.2g} rms. Intervals are 95 %"]

@@ -80,7 +80,7 @@ class Found:
     slope: Estimate  # of friction over load; None: the logs cannot tell it
     hidden: float  # a slope up to which none is told
     breakaway: Estimate  # of a resting joint; None: no slow start is in the logs
-    fall: float  # of friction with speed, over friction; 0: none seen
+    fall: float  # of friction from the slowest row to fast ones, over friction; 0: none seen
     load: float  # mean of |load|
     level: float  # friction at that load
     travel: float
@@ -394,7 +394,7 @@ def _identify(logs, effort_max, travel):
         return float(sum(c * ((q - middle) / span) ** power for power, c in enumerate(own[1:]))), float(own[0])
 
     starts = starts_of(logs, [stroke for stroke in strokes if stroke.log in frames], fit_at, level, count)
-    fall = float(fit.values[-1] / level) if shape.knee else 0.0
+    fall = float(fit.values[-1] / level * np.exp(-np.min(np.abs(rows.v)) / shape.knee)) if shape.knee else 0.0
     return Found(friction, viscous, slope, shape.hidden, _breakaway(starts, level), fall, load, level, travel, left, len(np.unique(rows.cluster)), len(starts), limited,
                  (rows.v, rows.way * (rows.u - fit.loads[0])))
 
