@@ -1,5 +1,5 @@
 // What a tick of a joint costs on this target: prints instructions, least, mean and most, and bytes of RAM. Exit status 1 where the most is
-// over MOST on a core that has the arithmetic in hardware: somewhat more than the 1,381 of an M0 in Q31, a few more than an M4F's 403 in float32.
+// over MOST on a core that has the arithmetic in hardware: somewhat more than the 1,381 of an M0 in Q31, a few more than an M4F's 402 in float32.
 
 #include "counter.h"
 #include "tribo/joint_f32.h"

@@ -315,9 +315,8 @@ static void slide_on(joint_t *x, way_t intended, way_t measured, way_t off)
 /// joint.
 static force_t wanted_term(const joint_t *x, force_t effort)
 {
-    const force_t full = faded_by(x->level, x->share);
-    force_t       size = halved(full, x->turns > 1u ? (x->turns - 1u) & (JOINT_TURNS - 1u) : 0u); // at most 3
-    force_t       less = within_of(x->kept, 0, size);
+    force_t size = faded_by(x->level, x->share);
+    force_t less = within_of(x->kept, 0, size);
     if (x->alive == 0u)
     {
         return 0;
@@ -328,12 +327,20 @@ static force_t wanted_term(const joint_t *x, force_t effort)
         {
             return 0;
         }
+        size = halved(size, x->turns > 1u ? (x->turns - 1u) & (JOINT_TURNS - 1u) : 0u); // at most 3
+
         const force_t wound  = minus(effort, x->offset);
         const force_t toward = x->sign < 0 ? minus(0, wound) : wound;
-        const force_t most   = within_of(toward, 0, size / JOINT_SUPPORT) * JOINT_SUPPORT;
-        const force_t backs  = within_of(minus(0, toward), 0, size);
-        size                 = x->is_off != 0u ? most : size;
-        less                 = x->is_off != 0u ? 0 : plus(backs, backs);
+        if (x->is_off != 0u)
+        {
+            size = within_of(toward, 0, size / JOINT_SUPPORT) * JOINT_SUPPORT;
+            less = 0;
+        }
+        else
+        {
+            less = within_of(minus(0, toward), 0, size);
+            less = plus(less, less);
+        }
     }
     return x->sign < 0 ? less - size : (x->sign > 0 ? size - less : 0);
 }
