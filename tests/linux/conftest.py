@@ -35,12 +35,6 @@ def until(has_happened, what, limit_s=200):
         time.sleep(0.005)
 
 
-def until_off(process, messages):
-    """Waits until a drive, whose messages go to a file, has begun."""
-    until(lambda: "off:" in messages.read_text() or process.poll() is not None, "it does not start")
-    assert "off:" in messages.read_text(), messages.read_text()
-
-
 def free_port():
     """A TCP port that nobody has, below those that the system takes for outgoing connections."""
     for port in random.sample(range(20000, 32000), 100):
@@ -87,6 +81,15 @@ class Drive:
             except BaseException:
                 run.kill()
                 raise
+
+    def begin(self, *arguments):
+        """Starts it on its clock. Returns its process once it has begun, and the file for its messages."""
+        messages = self.folder / "said.txt"
+        with open(messages, "w", encoding="utf-8") as said:
+            process = subprocess.Popen([self.program, "rig.yaml", *arguments], cwd=self.folder, stderr=said)
+        until(lambda: "off:" in messages.read_text() or process.poll() is not None, "it does not start")
+        assert "off:" in messages.read_text(), messages.read_text()
+        return process, messages
 
     def until(self, has_happened, what):
         until(has_happened, what)
@@ -135,12 +138,10 @@ class Served:
         rig += "" if "drive:" in rig else "drive: {reference_ms: 0}\n"
         self.drive, self.line = drive, Line()
         drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{device: {self.line.drive}}}\n{rig}")
-        self.messages = open(drive.folder / "said.txt", "w", encoding="utf-8")
-        self.process = subprocess.Popen([drive.program, "rig.yaml", *arguments], cwd=drive.folder, stderr=self.messages)
-        self.wait_for("off:")
+        self.process, self.messages = drive.begin(*arguments)
 
     def said(self):
-        return (self.drive.folder / "said.txt").read_text()
+        return self.messages.read_text()
 
     def wait_for(self, what):
         until(lambda: what in self.said() or self.process.poll() is not None, f"no '{what}'")
@@ -177,7 +178,6 @@ class Served:
             self.process.terminate()
         self.process.wait(timeout=300)
         self.line.cut()
-        self.messages.close()
         return self.said()
 
 

@@ -13,7 +13,7 @@ import time
 
 import pytest
 
-from conftest import CLOCK_RIG, free_port, until, until_off
+from conftest import CLOCK_RIG, free_port, until
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TRIANGLE = ROOT / "host_sim" / "scenarios" / "triangle.yaml"
@@ -563,10 +563,8 @@ def listen(drive):
     def start(bus):
         port = free_port()
         drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{{bus}port: {port}}}\n")
-        with open(drive.folder / "said.txt", "w", encoding="utf-8") as said:
-            runs.append(subprocess.Popen([drive.program, "rig.yaml", "--duration", "2000"], cwd=drive.folder, stderr=said))
-        messages = drive.folder / "said.txt"
-        until_off(runs[-1], messages)
+        run, messages = drive.begin("--duration", "2000")
+        runs.append(run)
         return messages, port
 
     yield start

@@ -14,7 +14,7 @@ import time
 
 import pytest
 
-from conftest import CLOCK_RIG, free_port, until, until_off
+from conftest import CLOCK_RIG, free_port, until
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 REGISTERS = subprocess.run([os.environ["TRIBO_LINK"], "list", "--markdown"], capture_output=True, text=True, check=True).stdout
@@ -96,10 +96,7 @@ class Target:
         self.port = free_port()
         self.ended = False  # by its test
         drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{port: {self.port}, silent_s: 1}}\n{rig}")
-        self.messages = drive.folder / "said.txt"
-        with open(self.messages, "w", encoding="utf-8") as said:
-            self.process = subprocess.Popen([drive.program, "rig.yaml", "--duration", "2000"], cwd=drive.folder, stderr=said)
-        until_off(self.process, self.messages)
+        self.process, self.messages = drive.begin("--duration", "2000")
 
     def said(self):
         return self.messages.read_text()

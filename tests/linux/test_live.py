@@ -14,7 +14,7 @@ import xml.etree.ElementTree
 
 import pytest
 
-from conftest import LINK, ROOT, Demo, until
+from conftest import LINK, ROOT, Demo, free_port, until
 
 sys.path.insert(0, str(ROOT / "tools"))
 
@@ -166,9 +166,7 @@ def test_a_signal_that_cannot_be_watched_is_reported(demo):
     assert "standard output is no terminal" in demo.link("watch", status=2)
     assert "HOST:PORT is expected" in demo.link("watch", "--udp", "nowhere", status=2)
     assert "no such address" in demo.link("watch", "--udp", "no.such.host.invalid:1", status=2)
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     assert f"tcp:127.0.0.1:{port}: Connection refused" in demo.link("status", device=f"tcp:127.0.0.1:{port}", status=2)
 
 

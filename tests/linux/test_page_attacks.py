@@ -13,7 +13,7 @@ import time
 
 import pytest
 
-from conftest import CLOCK_RIG, free_port, until, until_off
+from conftest import CLOCK_RIG, free_port, until
 from test_serve import ROOT, STRANGERS, Served, posted, raw
 
 sys.path.insert(0, str(ROOT / "tests/browser"))
@@ -30,9 +30,7 @@ class TcpDrive:
         self.port = free_port()
         self.tcp = f"tcp:127.0.0.1:{self.port}"
         drive.write("rig.yaml", f"{CLOCK_RIG}bus: {{listen: 127.0.0.1, port: {self.port}}}\ndrive: {{reference_ms: {REFERENCE_MS}}}\n")
-        with open(drive.folder / "said.txt", "w", encoding="utf-8") as said:
-            self.process = subprocess.Popen([drive.program, "rig.yaml"], cwd=drive.folder, stderr=said)
-        until_off(self.process, drive.folder / "said.txt")
+        self.process, _ = drive.begin()
         self.link("start")
         self.host = subprocess.Popen([LINK, "-d", self.tcp, "reference", "0.2"], stderr=subprocess.DEVNULL)
         until(lambda: self.status()["r_N"] > 0.1, "it does not renew")
