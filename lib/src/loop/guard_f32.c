@@ -22,10 +22,12 @@ tribo_guard_f32_config_t tribo_guard_f32_tuned(float breakaway_n, float lag_s, f
 {
     const float longest = 1.0e5f * sample_time_s; // this and 1000 s: upper limits of tribo_guard_f32_prepare
     const float quick   = limit_f32(16.0f * lag_s, 20.0f * sample_time_s, longest);
+    // The other members' defaults stay out of the image.
+    const float fade = tribo_guard_parameters[TRIBO_ERR_GUARD_FADE_TIME - TRIBO_ERR_GUARD_TURN].standard;
     return (tribo_guard_f32_config_t){.turn_n       = breakaway_n / 3.14f,
                                       .quick_time_s = quick < 1.0e3f ? quick : 1.0e3f,
                                       .stray_n      = larger(breakaway_n / 15.7f, 8.0f * noise_n),
-                                      .fade_time_s  = tribo_guard_parameters[3].standard}; // of the row fade_time_s
+                                      .fade_time_s  = fade};
 }
 
 tribo_status_t tribo_guard_f32_init(tribo_guard_f32_params_t       *params,
